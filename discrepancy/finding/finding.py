@@ -146,9 +146,9 @@ def find(
     tell("verdict")
     judgement = judge(study, found)
     refitted = None
-    best, plain = found.best.candidate, found.plain.candidate
+    best, plain = found.best.candidate, found.before.candidate
     # A surrogate must not reach the users' model, so no FMU is built for an unlisted verdict.
-    if best.solution.effects and judgement.verdict in ("named", "ambiguous"):
+    if (best.solution.effects or found.law) and judgement.verdict in ("named", "ambiguous"):
         tell("FMU and refit")
         refitted = refit(study, found, best.solution.effects, kind)
     before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
@@ -183,7 +183,8 @@ def find(
         return finding
     # Built last: the FMU carries what the stages above found.
     accuracy = of_refit(refitted, _effects_json(finding), _gaps_json(finding), origin or Origin(), seed)
-    name = "_".join((study.name, *(e.id for e in best.solution.effects)))
+    law = (found.law.id,) if found.law else ()
+    name = "_".join((study.name, *law, *(e.id for e in best.solution.effects)))
     rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy)
     return replace(finding, rebuilt=rebuilt, wall_s=time.perf_counter() - began)
 
@@ -236,7 +237,7 @@ def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Predictio
     noise = found.best.solution.noise
     if not noise.scatters:
         return None
-    before = predict(study, found.plain.solution, runs, noise=noise)
+    before = predict(study, found.before.solution, runs, noise=noise)
     return float(np.sqrt(before.chi2 / before.rows)), float(np.sqrt(after.chi2 / after.rows))
 
 
@@ -288,7 +289,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "verdict": judgement.verdict,
         "sentence": judgement.sentence,
         "effects": _effects_json(finding),
-        "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
+        "alternatives": [_alternative_json(t, finding.search.before) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
         "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
         "gap": _gaps_json(finding),
@@ -296,7 +297,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,
-        "omnibus_p": {"before": finding.search.plain.left.p, "after": finding.search.best.left.p},
+        "omnibus_p": {"before": finding.search.before.left.p, "after": finding.search.best.left.p},
         "smallest_detectable": [d.as_json() for d in finding.search.scan.detectable],
         "base_starts_at_best": [finding.search.base.reached, len(finding.search.base.costs)],
         "simulations": finding.search.simulations,

@@ -1,7 +1,10 @@
 """Search for missing effects by forward selection: `Study` in, `Search` out.
 
 1. Fit the nominal model from several starts, and choose the inner step whose error is invisible there.
-2. Estimate the noise from its residuals, simulate the signatures of the catalogue, and score them.
+2. Estimate the noise from its residuals, simulate the signatures of the catalogue, and score them. Where the nominal
+   model lacks something, fit it under the other friction laws too: one that leaves far less than any single effect
+   takes the place of the model's law, one that leaves less is searched under where the search ends without an
+   adequate model.
 3. Add one effect at a time until a model is adequate or no effect has earned its place; where single effects stay far
    from noise, try two at once.
 4. Leave out or exchange each effect once (backward elimination).
@@ -14,7 +17,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +30,7 @@ from haptid.discrepancy.fit.nominal_fit import Base, fit_base
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins, without_each
 from haptid.discrepancy.search.contenders import fit_contenders
+from haptid.discrepancy.search.friction_laws import OtherLaw, other_laws
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
 from haptid.discrepancy.search.tools import Searcher
@@ -64,17 +68,81 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
         If no start of the nominal fit gives a finite simulation.
     """
     study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
-    found, s = _search_from(study, base, tell)
+    begun = _begin(study, base, tell)
+    others = other_laws(study, begun.start, begun.white, tell) if study.alone and not begun.start.adequate else ()
+    if not others:
+        return _finish(begun, tell)
+    if others[0].simpler or others[0].leaves_less_than(_least_of_singles(begun)):
+        return _instead(others[0], begun.start, tell)
+    found = _finish(begun, tell)
+    if found.best.adequate:
+        return found
+    again = _instead(others[0], begun.start, tell)
+    better = again.best.adequate or again.best.candidate.criterion < found.best.candidate.criterion
+    return _with_cost_of(found, again) if better else _with_cost_of(again, found)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Begun:
+    """A search that has scored the catalogue on its nominal model.
+
+    Parameters
+    ----------
+    study, base
+        Study and fit of the nominal model.
+    white
+        Nominal model under white noise.
+    start
+        Nominal model under its own noise, judged.
+    searcher
+        Tools of the search.
+    first
+        Scores of the catalogue at the nominal model.
+    """
+
+    study: Study
+    base: Base
+    white: Solution
+    start: Trial
+    searcher: Searcher
+    first: Scan
+
+
+def _begin(study: Study, base: Base, tell: Callable[[str], None]) -> _Begun:
+    """Score the catalogue on the nominal model, and judge the model."""
+    white, plain = under_own_noise(study, base)
+    entries, found, first = score_catalogue(study, plain, tell)
+    s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
+    start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
+    return _Begun(study=study, base=base, white=white, start=start, searcher=s, first=first)
+
+
+def _least_of_singles(begun: _Begun) -> float:
+    """Return the least ‖r‖² that a single effect leaves beside the law of the study, under white noise."""
+    singles = begun.searcher.ready(begun.white)
+    return min((one.chi2 for one in singles), default=begun.white.chi2)
+
+
+def _instead(other: OtherLaw, asked: Trial, tell: Callable[[str], None]) -> Search:
+    """Search under another friction law, and keep the nominal model under the law that was asked for."""
+    tell(f"search under the friction law {other.study.base.friction[0]}")
+    return replace(_finish(_begin(other.study, other.base, tell), tell), asked=asked)
+
+
+def _finish(begun: _Begun, tell: Callable[[str], None]) -> Search:
+    """Search beside the friction law of a study, to the contenders."""
+    base = begun.base
+    found, s = _search_from(begun)
     if found.best.solution.effects and (better := _refit_nominal(found)) is not None:
         tell("the base fit was stuck: again from the better minimum")
         base = replace(base, solution=better)
-        again, s = _search_from(study, base, tell, known=found)
+        again, s = _search_from(_begin(begun.study, base, tell), known=found)
         found = _with_cost_of(found, again)
     if (finer := closer(s, found.best, found.trials)) is not None:
         # Where the finer step overturns the outcome, candidates that were dropped at the old step may win, so all are
         # tried again.
         if finer.best is None or finer.best.adequate < found.best.adequate:
-            again, s = _search_from(finer.searcher.study, base, tell)
+            again, s = _search_from(_begin(finer.searcher.study, base, tell))
         else:
             again, s = _at_finer_step(found, finer, finer.best), finer.searcher
         found = _with_cost_of(found, again)
@@ -154,14 +222,9 @@ def score_catalogue(
     return entries, found, first
 
 
-def _search_from(
-    study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None
-) -> tuple[Search, Searcher]:
+def _search_from(begun: _Begun, known: Search | None = None) -> tuple[Search, Searcher]:
     """Search from one minimum of the nominal model; keep the ``known`` result where it still gains."""
-    white, plain = under_own_noise(study, base)
-    entries, found, first = score_catalogue(study, plain, tell)
-    s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
-    start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
+    study, s, start = begun.study, begun.searcher, begun.start
     if (
         known is not None
         and not start.adequate
@@ -170,11 +233,11 @@ def _search_from(
         trials, best = known.trials, known.best
         less = known.less if len(known.less) > 1 else dict.fromkeys(known.less, start.candidate)
     else:
-        made, best = _forward(s, start, white, first)
+        made, best = _forward(s, start, begun.white, begun.first)
         best, less, more = exchange_effects(s, best, start)
         trials = (*made, *more)
     result = Search(
-        study=study, base=base, plain=start, scan=first, trials=trials, best=best, less=less,
+        study=study, base=begun.base, plain=start, scan=begun.first, trials=trials, best=best, less=less,
         simulations=s.simulations, cut=s.cut,
     )  # fmt: skip
     return result, s

@@ -12,6 +12,8 @@ from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.fit.nominal_fit import Base
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.model.friction.law import FrictionLaw
+from haptid.model.friction.registry import law_named
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +42,8 @@ class Search:
         Number of runs simulated in fits, without those that linearise about the amplitudes of cycles.
     cut
         Whether combinations of effects were left out because the effort was spent.
+    asked
+        Nominal model under the friction law that was asked for, where that of ``study`` took its place.
     """
 
     study: Study
@@ -52,6 +56,25 @@ class Search:
     contenders: tuple[Trial, ...] = ()
     simulations: int = 0
     cut: bool = False
+    asked: Trial | None = None
+
+    @property
+    def before(self) -> Trial:
+        """Nominal model as it was asked for, to which the outcome is compared."""
+        return self.plain if self.asked is None else self.asked
+
+    @property
+    def law(self) -> FrictionLaw | None:
+        """Friction law in the place of the one that was asked for; None where that one stayed."""
+        return None if self.asked is None else law_named(self.study.base.friction[0])
+
+    @property
+    def evidence_for_law(self) -> float:
+        """Evidence for the friction law over the one that was asked for, as `evidence` defines it."""
+        now, before = self.plain.candidate, self.before.candidate
+        if self.study.unseen:
+            return 2.0 * (now.prediction.score - before.prediction.score)
+        return before.bic - now.bic
 
     @property
     def rivals(self) -> tuple[Trial, ...]:

@@ -9,6 +9,14 @@ from dataclasses import dataclass
 class SearchThresholds:
     """Numbers of candidates, and the gains that ask for more of them."""
 
+    # Step 9: other friction laws in the nominal model.
+    largest_excess_under_other_law: float = 0.5
+    """Share of the nominal model's excess energy that another friction law may leave to be searched under [1]."""
+    largest_excess_over_best_effect: float = 0.5
+    """Share of what the best single effect leaves, up to which the other law is searched under at once [1]."""
+    simulations_of_a_start_under_other_law: int = 12
+    """Largest number of simulations of all runs from each start under another law."""
+
     # Step 10, single effects: how many go on after a first try.
     most_effects_continued: int = 8
     """Number of effects that are continued after a first try."""

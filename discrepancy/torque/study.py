@@ -297,7 +297,7 @@ def restrain_presliding(base: Equations, runs: Sequence[Run], stated: Sequence[s
         With the smallest stiffness in presliding.
     """
     roles = law_named(base.friction[0]).roles
-    if roles.stiffness in stated:
+    if not roles.stiffness or roles.stiffness in stated:
         return base
     q = np.concatenate([run.y[:, 0] for run in runs])
     longest = THRESHOLDS.torque.longest_presliding_over_travel * float(np.ptp(q))

@@ -30,10 +30,13 @@ from haptid.discrepancy.verdict.next_experiment import Proposal, propose
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect, match_parameters
 from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.law import FrictionLaw
 from haptid.noise.correlation import Scatter
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 """The four verdicts of INTERFACES."""
+FRICTION_LAW = "friction_law"
+"""Id under which another friction law than the model's is named; its key says which."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,7 +166,7 @@ def verdict_of(found: Search) -> Verdict:
     Notes
     -----
     1. A best model that is not adequate is unlisted: something real is missing that no catalogue effect explains.
-    2. An adequate model without effects means that nothing is missing.
+    2. An adequate model without effects means that nothing is missing, or only the friction law that it has.
     3. Several names are unlisted where one of them has little evidence, or where two are powers of one variable: they
        are terms of a series that follows any smooth curve.
     4. A name is unlisted where an effect of its kind that has no name predicts better.
@@ -173,7 +176,7 @@ def verdict_of(found: Search) -> Verdict:
         return "unlisted"
     keys = found.best.solution.keys
     if not keys:
-        return "nothing_missing"
+        return "nothing_missing" if found.law is None else "named"
     if len(keys) > 1 and min(found.evidence(key) for key in keys) < THRESHOLDS.verdict.least_evidence_of_each_name:
         return "unlisted"
     if len(_powers(found)) > 1 or found.beaten_by is not None:
@@ -253,7 +256,22 @@ def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[Nam
         )
         for e in solution.effects
     ]  # fmt: skip
-    return (*named, *(_random(scatter, solution, found) for scatter in solution.noise.scatters))
+    law = (_friction(found.law, solution, std, found),) if found.law else ()
+    return (*law, *named, *(_random(scatter, solution, found) for scatter in solution.noise.scatters))
+
+
+def _friction(law: FrictionLaw, solution: Solution, std: Mapping[str, float], found: Search) -> NamedEffect:
+    """Name the friction law that took the place of the one that was asked for."""
+    values = solution.values
+    estimates = {
+        q.id: Estimate.of_parameter(q, values[q.id], float(std[q.id]))
+        for q in solution.equations.parameters
+        if q.id in law.ids and not q.fixed
+    }
+    return NamedEffect(
+        id=FRICTION_LAW, key=f"{FRICTION_LAW}:{law.id}", title=f"{law.title} friction", formula="; ".join(law.formulas),
+        parameters=estimates, evidence=found.evidence_for_law,
+    )  # fmt: skip
 
 
 def _random(scatter: Scatter, solution: Solution, found: Search) -> NamedEffect:

@@ -44,7 +44,8 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
         roles = law_named(equations.friction[k]).roles
         values = {"Ks": 0.0, "epos": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
         values |= {roles.viscous: baseline.of_joint("Fv", k), roles.coulomb: coulomb, roles.stiction: coulomb}
-        values[roles.stiffness] = coulomb / (THRESHOLDS.presliding_of_plain_model_over_travel * travel)
+        if roles.stiffness:
+            values[roles.stiffness] = coulomb / (THRESHOLDS.presliding_of_plain_model_over_travel * travel)
         # What the plain model itself states, such as gravity, goes before the zeros.
         known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
     return np.array([known.get(q.id, q.initial) for q in equations.parameters])

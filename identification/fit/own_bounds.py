@@ -131,7 +131,7 @@ def _better(again: Fit, found: Fit, runs: Sequence[Run]) -> bool:
 
 def _tell_open_ends(found: Fit, ids: Sequence[str]) -> Fit:
     """Say of parameters at an end of their range that a wider range changes nothing."""
-    stiff = [f"{law_named(law).roles.stiffness}" for law in found.equations.friction]
+    stiff = [law_named(law).roles.stiffness for law in found.equations.friction]
     said = []
     for id in ids:
         quantity = found.equations.parameter(id)

@@ -43,7 +43,7 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
         law = law_named(friction_law)
         friction, roles = law.values(values, tail), law.roles
         needed = [id for id in (roles.stiffness, roles.stribeck_velocity, roles.stiction) if id]
-        if all(friction[id] > 0 for id in needed) and f"{roles.stiffness}{tail}" in free:
+        if all(friction[id] > 0 for id in needed) and f"{roles.stiffness or roles.coulomb}{tail}" in free:
             name = f"joint {joint}: " if tail else ""
             found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions])
     return tuple(found)
@@ -56,7 +56,7 @@ def _joint_warnings(
     inside = [presliding(y, length) for _, y in motions]
     rows, total = sum(int(m.sum()) for m in inside), sum(m.size for m in inside)
     fastest = max(float(np.max(np.abs(np.gradient(y, t)))) for t, y in motions)
-    if rows < THRESHOLDS.least_rows_of_friction_regime:
+    if law.roles.stiffness and rows < THRESHOLDS.least_rows_of_friction_regime:
         yield (
             f"{name}only {rows} rows in presliding: {_list_open_parameters(law.without_presliding)}; "
             "add a slow run of small amplitude or sample faster"

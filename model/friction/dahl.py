@@ -49,7 +49,7 @@ LAW = FrictionLaw(
     parameters=(STIFFNESS, VISCOUS, COULOMB),
     states=(BRISTLE,),
     write=dahl,
-    damping=lambda p: p["sigma2"],
+    damping=lambda _, p: p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fc", viscous="sigma2"),
     slots=frozenset({"friction_level", "coulomb_level", "viscous_level", USE_OF_BRISTLE}),
     guess=guess_presliding,

@@ -72,7 +72,7 @@ class Roles:
     Parameters
     ----------
     stiffness
-        Stiffness in presliding.
+        Stiffness in presliding; empty in a law without presliding.
     coulomb, stiction
         Levels of dry friction; the same id twice in a law without stiction.
     viscous
@@ -126,7 +126,7 @@ class FrictionLaw:
     write
         (v, parameters by id, levels) → `Friction`, in the symbols of ``states``.
     damping
-        Parameters by id → estimate of ∂torque/∂v from above [N m s/rad], by which the speed relaxes.
+        (v, parameters by id) → estimate of ∂torque/∂v from above [N m s/rad], by which the speed relaxes.
     roles
         Parameters by their physical role.
     slots
@@ -156,7 +156,7 @@ class FrictionLaw:
     parameters: tuple[Row, ...]
     states: tuple[State, ...]
     write: Callable[[sp.Expr, Symbols, Levels], Friction]
-    damping: Callable[[Symbols], sp.Expr]
+    damping: Callable[[sp.Expr, Symbols], sp.Expr]
     roles: Roles
     slots: frozenset[str]
     guess: Callable[[Sliding], dict[str, float]]
@@ -174,7 +174,7 @@ class FrictionLaw:
         named = {
             self.roles.stiffness, self.roles.coulomb, self.roles.stiction, self.roles.viscous,
             *self.without_presliding, *self.without_sliding, *(id for pair in self.orderings for id in pair),
-        }  # fmt: skip
+        } - {""}  # fmt: skip
         known = {*SLOTS, USE_OF_BRISTLE}
         problems = [
             (not named <= ids, f"names {sorted(named - ids)}, which are no parameters of its"),

@@ -101,7 +101,7 @@ LAW = FrictionLaw(
     parameters=(STIFFNESS, BRISTLE_DAMPING, VISCOUS, STRIBECK_VELOCITY, STICTION, COULOMB),
     states=(BRISTLE,),
     write=lugre,
-    damping=lambda p: p["sigma1"] + p["sigma2"],
+    damping=lambda _, p: p["sigma1"] + p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fs", viscous="sigma2", stribeck_velocity="vs"),
     slots=frozenset({*SLOTS, USE_OF_BRISTLE}),
     guess=_guess,

@@ -153,7 +153,7 @@ LAW = FrictionLaw(
     parameters=(STIFFNESS, SPREAD, ATTRACTION, VISCOUS, STRIBECK_VELOCITY, STICTION, COULOMB),
     states=(*FORCES, *SLIPS),
     write=maxwell_slip,
-    damping=lambda p: p["sigma2"],
+    damping=lambda _, p: p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fs", viscous="sigma2", stribeck_velocity="vs"),
     slots=frozenset(SLOTS),
     guess=_guess,

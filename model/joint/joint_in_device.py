@@ -121,7 +121,9 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
         friction_rhs=tuple(_of_joint(f, joint) for f in friction.rhs),
         friction_rates=tuple(_of_joint(f, joint) for f in friction.rates),
         orderings=tuple((a + suffix, b + suffix) for a, b in law.orderings),
-        damping=_of_joint(law.damping(p | {law.roles.viscous: p[law.roles.viscous] * terms.viscous_level}), joint),
+        damping=_of_joint(
+            law.damping(sym.v, p | {law.roles.viscous: p[law.roles.viscous] * terms.viscous_level}), joint
+        ),
         motor=_of_joint(terms.w, joint),
         reading=_of_joint(terms.y, joint),
         states=tuple(_number_state(s.state, joint, slides) for s in terms.states),

@@ -96,7 +96,7 @@ def joint_equations(
     acceleration = terms.a.subs(sym.a, force / inertia)
     of_states = {sym.a: acceleration, sym.load: terms.w + terms.torque - dry.force}
     rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(of_states) for s in terms.states)]
-    rates = [sp.S.Zero, law.damping(p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
+    rates = [sp.S.Zero, law.damping(sym.v, p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
     reading = terms.y.subs(sym.a, acceleration)
     further: tuple[State, ...] = ()
     if drive is not None:

@@ -78,7 +78,7 @@ def _with_unit(number: str, unit: str) -> str:
 
 def _ranking(finding: Finding) -> list[Table]:
     found = finding.search
-    before = found.plain.candidate
+    before = found.before.candidate
     rows = [
         (
             " + ".join(t.solution.keys) or "noise alone",
@@ -94,7 +94,7 @@ def _ranking(finding: Finding) -> list[Table]:
             header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
             rows=list(dict.fromkeys(rows)),  # a model that two ways led to stands there once
             caption=f"Refitted with all parameters, over the base model, which leaves noise with p = "
-            f"{np.nanmin([found.plain.left.p, found.plain.left_p]):.2g}",
+            f"{np.nanmin([found.before.left.p, found.before.left_p]):.2g}",
         )
     ]
 
@@ -188,13 +188,13 @@ def _detectable(finding: Finding) -> Section:
 
 
 def _make_parameter_table(finding: Finding) -> Table:
-    base, final = finding.search.plain.solution.values, finding.search.best.solution.values
+    base, final = finding.search.before.solution.values, finding.search.best.solution.values
     rows = [
         (
             p.id,
-            f"{base[p.id]:.5g}",
+            f"{base[p.id]:.5g}" if p.id in base else "–",  # the parameter of a friction law that is new
             f"{final[p.id]:.5g}",
-            f"{100 * (final[p.id] / base[p.id] - 1):+.1f} %" if base[p.id] else "–",
+            f"{100 * (final[p.id] / base[p.id] - 1):+.1f} %" if base.get(p.id) else "–",
             p.unit,
         )
         for p in finding.search.plain.solution.equations.parameters
@@ -205,10 +205,10 @@ def _make_parameter_table(finding: Finding) -> Table:
 
 def _moved(finding: Finding) -> Section:
     """Return the table of the parameters before and after; a sentence where none moved."""
-    base, final = finding.search.plain.solution.values, finding.search.best.solution.values
+    base, final = finding.search.before.solution.values, finding.search.best.solution.values
     free = [p.id for p in finding.search.plain.solution.equations.parameters if not p.fixed]
     title, anchor = "Parameters that moved", "moved"
-    if all(abs(final[id] - base[id]) <= LARGEST_CHANGE_UNTOLD * abs(base[id]) for id in free):
+    if all(id in base and abs(final[id] - base[id]) <= LARGEST_CHANGE_UNTOLD * abs(base[id]) for id in free):
         return Section(title=title, anchor=anchor, paragraphs=["No parameter moved by as much as 0.05 %."])
     return Section(title=title, anchor=anchor, tables=[_make_parameter_table(finding)])
 

@@ -2,8 +2,9 @@
 
 The table of kinds, `studies.hidden.kinds`, and these rules were written down before any search saw a case. Where
 nothing is hidden but a friction law that a refit of LuGre friction cannot follow, the right answer is that something
-outside the catalogue is missing. Beside an effect, such a law changes nothing of what is right: the kinds that are
-hidden have to be named, and no other. The intervals of parameters are not scored, for the formulas differ.
+outside the catalogue is missing, or that friction follows another law. Beside an effect, such a law changes nothing of
+what is right: the kinds that are hidden have to be named, and no other but the friction law. The intervals of
+parameters are not scored, for the formulas differ.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def score_stranger(
     Outcome
         With the kinds in place of names, the first name of each.
     """
-    return score_case(in_kinds(label), _found_in_kinds(found, label["effects"]), left_out=left_out, reason=reason)
+    return score_case(in_kinds(label), _found_in_kinds(found, label), left_out=left_out, reason=reason)
 
 
 def in_kinds(label: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,9 +61,13 @@ def in_kinds(label: Mapping[str, Any]) -> dict[str, Any]:
     return {**label, "effects": effects or outside, "kind": kind, "hidden": {}}
 
 
-def _found_in_kinds(found: Mapping[str, Any] | None, hidden: Sequence[str]) -> dict[str, Any] | None:
+def _found_in_kinds(found: Mapping[str, Any] | None, label: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return a finding in kinds; beside effects, a friction law that shows is neither asked for nor wrong."""
     if found is None:
         return None
+    hidden = label["effects"]
+    passed_over = set(label["outside"]) if hidden else set()
+    found = {**found, "effects": [e for e in found["effects"] if e["id"] not in passed_over]}
     effects = [{**e, "id": kinds_of([e["id"]], hidden)[0]} for e in found["effects"]]
     alternatives = [{**a, "ids": list(kinds_of(a["ids"], hidden))} for a in found["alternatives"]]
     return {**found, "effects": effects, "alternatives": alternatives}

@@ -12,7 +12,7 @@ Rates = Callable[[dict[str, float], float, np.ndarray], tuple[float, list[float]
 JOINT = {
     "inertia": 1.1e-4, "gravity_cos": 5e-4, "gravity_sin": -8e-4, "Kp": 1.0, "Ks": 0.0151, "epos": -0.0305,
     "sigma0": 0.523, "sigma1": 2.2e-3, "sigma2": 1.9e-3, "vs": 0.0666, "Fs": 1.33e-3, "Fc": 1.05e-3,
-    "C": 0.05, "spread": 2.0,
+    "C": 0.05, "spread": 2.0, "vc": 2e-3,
 }  # fmt: skip
 """Parameters of all laws together; each takes its own."""
 AMPLITUDE = 5e-3
@@ -33,6 +33,10 @@ def dahl(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[floa
     return p["sigma0"] * x[0] + p["sigma2"] * v, [v * (1 - p["sigma0"] * x[0] / p["Fc"] * math.copysign(1, v))]
 
 
+def coulomb(p: dict[str, float], v: float, _: np.ndarray) -> tuple[float, list[float]]:
+    return level(p, v) * math.tanh(v / p["vc"]) + p["sigma2"] * v, []
+
+
 def maxwell_slip(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[float]]:
     s, way = level(p, v), float(np.sign(v))
     falling = np.array([p["spread"] ** -i for i in range(ELEMENTS)])
@@ -45,7 +49,9 @@ def maxwell_slip(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, l
     return float(forces.sum()) + p["sigma2"] * v, [*slips, *memories]
 
 
-LAWS: dict[str, tuple[Rates, int]] = {"lugre": (lugre, 1), "dahl": (dahl, 1), "maxwell_slip": (maxwell_slip, 8)}
+LAWS: dict[str, tuple[Rates, int]] = {
+    "lugre": (lugre, 1), "dahl": (dahl, 1), "coulomb": (coulomb, 0), "maxwell_slip": (maxwell_slip, 8),
+}  # fmt: skip
 """Torque and rates of each law, and how many states it has."""
 
 

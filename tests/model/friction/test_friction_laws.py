@@ -55,7 +55,7 @@ def test_laws_are_found_by_name():
 
 
 @pytest.mark.parametrize(
-    ("law", "most", "least"), [("lugre", 3e-7, 1e-9), ("dahl", 3e-7, 1e-9), ("maxwell_slip", 2e-5, 2e-7)]
+    ("law", "most", "least"), [("lugre", 3e-7, 1e-9), ("dahl", 3e-7, 1e-9), ("coulomb", 2e-5, 1e-9), ("maxwell_slip", 2e-5, 2e-7)]
 )
 def test_the_kernel_agrees_with_radau(law: str, most: float, least: float):
     """At the standard step to a thirtieth of a sensor's noise or better; at short steps it converges."""
@@ -161,7 +161,7 @@ def test_a_device_file_names_the_law_of_a_joint():
     device = mixed()
     assert [joint.friction for joint in device.joints] == ["lugre"] * 4 + ["dahl", "maxwell_slip"]
     with pytest.raises(InputError, match=r"mixed.toml: joints\[4\].friction: expected a friction law"):
-        mixed(friction="coulomb")
+        mixed(friction="viscous")
     with pytest.raises(InputError, match=r"joints\[4\].parameters.vs: expected a parameter of a joint with dahl"):
         mixed(parameters={"vs": 0.1})
 

@@ -1,0 +1,135 @@
+"""Try other friction laws in the nominal model: `Study` and its nominal `Solution` in, `OtherLaw`s out.
+
+Dry friction that follows another law than the model's looks like several missing effects at once, and no effect of the
+catalogue leaves noise alone beside the wrong law. So the other laws are fitted where the nominal model fails.
+
+1. Begin at the nominal optimum, with the law's further parameters at its own guesses, at a tenth of them, and with all
+   its parameters at its guesses.
+2. Fit each start briefly, and the best to the end.
+3. Keep the laws that leave far less of the residual than the law of the study.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.refit import likeliest, settle
+from haptid.discrepancy.detect.inner_step import at_step, step_for
+from haptid.discrepancy.detect.omnibus import omnibus
+from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.study.under_law import under_law
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.model.friction.registry import law_named, laws
+from haptid.noise.correlation import Noise
+from haptid.support.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherLaw:
+    """A study under another friction law, with its nominal model.
+
+    Parameters
+    ----------
+    study
+        Study under that law, at the inner step whose error is invisible there.
+    base
+        Fit of its nominal model under white noise.
+    passes
+        Whether it leaves noise alone, as far as the tests tell that need no scores of the catalogue.
+    simpler
+        Whether it does so with no more parameters than the law of the study: what no further parameter was needed for
+        is no effect that a law imitates.
+    """
+
+    study: Study
+    base: Base
+    passes: bool
+    simpler: bool
+
+    def leaves_less_than(self, chi2: float) -> bool:
+        """Say whether the law explains more than a fit beside the law of the study.
+
+        Parameters
+        ----------
+        chi2
+            ‖r‖² of that fit under white noise.
+
+        Returns
+        -------
+        bool
+            Where the law leaves noise alone, whether its ‖r‖² is less; else whether its excess is less by the factor
+            `largest_excess_over_best_effect`.
+        """
+        own, share = self.base.solution.chi2, THRESHOLDS.search.largest_excess_over_best_effect
+        return own < chi2 if self.passes else own - self.study.rows < share * (chi2 - self.study.rows)
+
+
+def other_laws(study: Study, start: Trial, white: Solution, tell: Callable[[str], None]) -> tuple[OtherLaw, ...]:
+    """Fit the nominal model under every other friction law.
+
+    Parameters
+    ----------
+    study
+        Study of one joint alone.
+    start
+        Nominal model under its own noise.
+    white
+        Nominal model under white noise.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    tuple of OtherLaw
+        Laws under which the nominal model leaves noise alone, those first that need no more parameters, then those
+        that leave at most the share `largest_excess_under_other_law` of the excess energy; the least ‖r‖² first among
+        each.
+    """
+    most = study.rows + THRESHOLDS.search.largest_excess_under_other_law * (white.chi2 - study.rows)
+    found = []
+    for law in laws():
+        if law == study.base.friction[0]:
+            continue
+        tell(f"the nominal model under the friction law {law}")
+        try:
+            other = _fit(study, start, white, law)
+        except InputError:  # an effect of the user's own asks for what the law lacks
+            continue
+        if other is not None and (other.passes or other.base.solution.chi2 < most):
+            found.append(other)
+    return tuple(sorted(found, key=lambda other: (not other.simpler, not other.passes, other.base.solution.chi2)))
+
+
+def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | None:
+    """Fit one law; None where it explains no more than the law of the study."""
+    other = under_law(study, law, white.values)
+    budget = THRESHOLDS.search.simulations_of_a_start_under_other_law
+    begun = [solve(other, (), Noise(), values, iterations=budget) for values in _starts(other, white)]
+    best = likeliest(*begun)
+    if not best.finite:
+        return None
+    other = at_step(other, step_for(other, best, share=THRESHOLDS.detect.step_error_share_of_excess))
+    solution = solve(other, (), Noise(), best.values, x0=best.x0)
+    calls = sum(one.calls for one in begun) + solution.calls
+    if not solution.finite or solution.chi2 > white.chi2:
+        return None
+    candidate = settle(other, (), solution)
+    trial = Trial(candidate=candidate, left=omnibus(other, candidate.solution)).against(start.candidate)
+    base = Base(solution=solution, costs=(solution.chi2,), reached=1, calls=calls + candidate.calls)
+    passes = trial.passes and trial.acceptable
+    fewer = candidate.parameters <= start.candidate.parameters
+    return OtherLaw(study=other, base=base, passes=passes, simpler=passes and fewer)
+
+
+def _starts(other: Study, white: Solution) -> Iterator[dict[str, float]]:
+    """Yield start values by id; what a start leaves out begins at its first guess."""
+    law, known = law_named(other.base.friction[0]), white.values
+    own = {q.id: q.initial for q in other.base.parameters if q.id in law.ids and q.id not in known}
+    shared = {id: value for id, value in known.items() if id not in law.ids}
+    yield known | own
+    yield known | {id: value / 10.0 for id, value in own.items()}
+    yield shared

@@ -1,0 +1,100 @@
+"""Joints whose dry friction follows another law than the model's: found, named, rebuilt; and left alone elsewhere."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import fmpy
+import pytest
+import sympy as sp
+from click.testing import CliRunner
+
+from haptid.discrepancy.run import main
+from haptid.discrepancy.search.forward_selection import _begin, fit_nominal_model
+from haptid.discrepancy.search.friction_laws import OtherLaw, other_laws
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.discrepancy.study.under_law import under_law
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.effect import Effect, parameter, z
+from haptid.model.effects.registry import catalogue
+from haptid.support.errors import InputError
+from haptid.virtual_device.recording.inputs import rich
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.stranger.campaign import make_stranger_campaign, stranger_runs
+from haptid.virtual_device.stranger.readings import Recorder
+from tests.discrepancy.finding.test_finding import ENTRIES, study_with
+from tests.identification.bench_joint import TRUE
+
+CREEP = 0.015
+"""Speed over which friction turns its sign in the virtual joint [rad/s]."""
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make a joint whose friction is a function of speed alone, by the formulas of the stranger."""
+    folder = tmp_path_factory.mktemp("coulomb") / "campaign"
+    joint = {**TRUE, "Kp": 1.0, "law": "static", "creep": CREEP, "Fs": TRUE["Fc"]}
+    runs = stranger_runs(4, joint, rich(4), Recorder(white=1e-4, resolution=2e-5), seed=4)
+    make_stranger_campaign(folder, 4, runs, device="single_joint", known={}, noise={"noise_rad": 1e-4})
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(campaign: Path) -> dict[str, object]:
+    out = campaign / "out"
+    options = ["--joint", "4", "--out", str(out), "--starts", "2", "--workers", "1", "--fmu", "native", "--quiet"]
+    done = CliRunner().invoke(main, [str(campaign), *options])
+    assert done.exit_code == 0, done.output
+    return dict(json.loads((out / "discrepancy" / "joint4.json").read_text()))
+
+
+def test_friction_after_another_law_is_named_with_its_parameters(found: dict) -> None:
+    assert found["verdict"] == "named", found["sentence"]
+    (law,) = found["effects"]
+    assert (law["id"], law["key"]) == ("friction_law", "friction_law:coulomb")
+    assert "Smoothed Coulomb friction" in found["sentence"]
+    creep = next(p for id, p in law["parameters"].items() if id == "vc")
+    low, high = creep["interval"]
+    assert low < CREEP < high
+    assert creep["std"] < 0.05 * CREEP
+
+
+def test_the_gap_is_that_of_the_law_that_was_asked_for(found: dict) -> None:
+    gap = found["gap"]["validate"]
+    assert gap["before"] > 5 * gap["noise"]
+    assert gap["after"] < 1.1 * gap["noise"]
+    assert found["omnibus_p"]["before"] < 1e-6 < found["omnibus_p"]["after"]
+
+
+def test_the_fmu_has_the_law(campaign: Path, found: dict) -> None:
+    path = campaign / "out" / str(found["fmu"])
+    assert path.name == "joint4_coulomb.fmu"
+    assert not fmpy.validation.validate_fmu(str(path))
+    names = {v.name for v in fmpy.read_model_description(str(path)).modelVariables}
+    assert "joint4.friction.vc" in names
+    assert "joint4.friction.sigma0" not in names
+
+
+def screened(study: Study) -> tuple[OtherLaw, ...]:
+    begun = _begin(*fit_nominal_model(study, seed=0, starts=2, tell=lambda _: None), lambda _: None)
+    assert not begun.start.adequate
+    return other_laws(begun.study, begun.start, begun.white, lambda _: None)
+
+
+def test_no_law_takes_the_place_of_a_hidden_spring(tmp_path: Path) -> None:
+    hidden = {"cubic_spring": {"spring_cubic": 0.02}}
+    assert screened(study_with(tmp_path / "c", hidden, ENTRIES, Sensor(noise=2e-4))) == ()
+
+
+def test_a_law_without_the_slot_of_a_users_effect_is_passed_over(campaign: Path) -> None:
+    slope = sp.Symbol("a1", real=True)
+    own = Effect(
+        id="own", title="own", formula="", lives_in="position", side="torque",
+        parameters=(parameter("a1", "N m/rad", "slope over the deflection", 0.1, -1.0, 1.0),), torque=-slope * z,
+    )  # fmt: skip
+    study = study_of(read_campaign(campaign), 4, {**catalogue(), "own": own})
+    values = {q.id: q.initial for q in study.base.parameters}
+    with pytest.raises(InputError, match="expected a friction law with bristle, got coulomb"):
+        under_law(study, "coulomb", values)
+    assert under_law(study, "dahl", values).base.friction == ("dahl",)
