@@ -18,7 +18,7 @@ from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, begun_at, study_of, with_positions
 from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_zeros
 from haptid.discrepancy.torque.study import torque_study_of
-from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
+from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, law_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.sequence.carried_fit import FILE
@@ -312,7 +312,8 @@ def findings_below(job: Job, joints: Sequence[int]) -> list[JointFinding]:
     Returns
     -------
     list
-        Findings with a verdict that names effects; joints that were not studied are left out.
+        Findings with a verdict that names effects; joints that were not studied are left out, and those for which
+        another friction law was named: the model of the device has to be identified with that law first.
     """
     found = []
     for joint in joints:
@@ -320,7 +321,7 @@ def findings_below(job: Job, joints: Sequence[int]) -> list[JointFinding]:
         if not path.exists():
             continue
         data = read_discrepancy(path)
-        if data["verdict"] in VERDICTS:
+        if data["verdict"] in VERDICTS and law_of(data) is None:
             found.append(finding_of(data, str(path), dict(job.entries)))
     return found
 

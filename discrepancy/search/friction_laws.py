@@ -5,8 +5,9 @@ catalogue leaves noise alone beside the wrong law. So the other laws are fitted 
 
 1. Begin at the nominal optimum, with the law's further parameters at its own guesses, at a tenth of them, and with all
    its parameters at its guesses.
-2. Fit each start briefly, and the best to the end.
-3. Keep the laws that leave far less of the residual than the law of the study.
+2. Fit each start briefly, and the best to the end where it gains something.
+3. Stop at a law that leaves noise alone with no more parameters. Keep the laws that leave far less of the residual
+   than the law of the study.
 """
 
 from __future__ import annotations
@@ -99,24 +100,29 @@ def other_laws(study: Study, start: Trial, white: Solution, tell: Callable[[str]
             other = _fit(study, start, white, law)
         except InputError:  # an effect of the user's own asks for what the law lacks
             continue
-        if other is not None and (other.passes or other.base.solution.chi2 < most):
-            found.append(other)
+        if other is None or not (other.passes or other.base.solution.chi2 < most):
+            continue
+        found.append(other)
+        if other.simpler:
+            break
     return tuple(sorted(found, key=lambda other: (not other.simpler, not other.passes, other.base.solution.chi2)))
 
 
 def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | None:
-    """Fit one law; None where it explains no more than the law of the study."""
+    """Fit one law; None where it explains hardly more than the law of the study."""
     other = under_law(study, law, white.values)
     budget = THRESHOLDS.search.simulations_of_a_start_under_other_law
     begun = [solve(other, (), Noise(), values, iterations=budget) for values in _starts(other, white)]
     best = likeliest(*begun)
-    if not best.finite:
+    least = max(
+        THRESHOLDS.search.least_gain_under_other_law_chi2,
+        THRESHOLDS.search.least_gain_under_other_law_over_excess * (white.chi2 - study.rows),
+    )
+    if not best.finite or white.chi2 - best.chi2 < least:
         return None
     other = at_step(other, step_for(other, best, share=THRESHOLDS.detect.step_error_share_of_excess))
     solution = solve(other, (), Noise(), best.values, x0=best.x0)
     calls = sum(one.calls for one in begun) + solution.calls
-    if not solution.finite or solution.chi2 > white.chi2:
-        return None
     candidate = settle(other, (), solution)
     trial = Trial(candidate=candidate, left=omnibus(other, candidate.solution)).against(start.candidate)
     base = Base(solution=solution, costs=(solution.chi2,), reached=1, calls=calls + candidate.calls)

@@ -31,12 +31,11 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect, match_parameters
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import FrictionLaw
+from haptid.model.friction.registry import MISSING
 from haptid.noise.correlation import Scatter
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 """The four verdicts of INTERFACES."""
-FRICTION_LAW = "friction_law"
-"""Id under which another friction law than the model's is named; its key says which."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -269,7 +268,7 @@ def _friction(law: FrictionLaw, solution: Solution, std: Mapping[str, float], fo
         if q.id in law.ids and not q.fixed
     }
     return NamedEffect(
-        id=FRICTION_LAW, key=f"{FRICTION_LAW}:{law.id}", title=f"{law.title} friction", formula="; ".join(law.formulas),
+        id=MISSING, key=f"{MISSING}:{law.id}", title=f"{law.title} friction", formula="; ".join(law.formulas),
         parameters=estimates, evidence=found.evidence_for_law,
     )  # fmt: skip
 

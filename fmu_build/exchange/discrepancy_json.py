@@ -15,6 +15,7 @@ from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import find_effects
 from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.registry import MISSING
 from haptid.model.joint.joint_in_device import Effects, of_the_test_alone
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
@@ -101,6 +102,22 @@ def read_discrepancy(path: Path) -> dict[str, Any]:
     return read_json(path, "a discrepancy/joint<j>.json", ("haptid.fmu_build.exchange", "discrepancy.schema.json"))
 
 
+def law_of(data: Mapping[str, Any]) -> str | None:
+    """Return the friction law that a finding names in the place of the one that was asked for.
+
+    Parameters
+    ----------
+    data
+        Content, as `read_discrepancy` returns it.
+
+    Returns
+    -------
+    str or None
+        Id of the law; None where the law stayed.
+    """
+    return next((str(e["variant"]) for e in data["effects"] if e["id"] == MISSING), None)
+
+
 def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
     """Take the finding from the content of a ``discrepancy/joint<j>.json``.
 
@@ -121,13 +138,17 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     Raises
     ------
     InputError
-        For a verdict outside `VERDICTS`, an effect that occurs twice or that the catalogue lacks, and impossible
-        values.
+        For a verdict outside `VERDICTS`, another friction law, an effect that occurs twice or that the catalogue lacks,
+        and impossible values.
     """
     if data["verdict"] not in VERDICTS:
         at, expected = f"{where}: verdict", f"one of the verdicts {', '.join(VERDICTS)}"
         raise InputError(at, expected=expected, got=repr(data["verdict"]))
     joint = data["joint"]
+    if (law := law_of(data)) is not None:
+        at = f"{where}: effects"
+        todo = f'write friction = "{law}" into [joint.{joint}] of campaign.toml, and identify again'
+        raise InputError(at, expected="effects beside the friction law that was asked for", got=law, todo=todo)
     keys = [":".join(filter(None, (e["id"], e.get("variant")))) for e in data["effects"]]
     found = _find_effects(keys, where, entries)
     taken = tuple(e for e in found if not of_the_test_alone(e))

@@ -12,6 +12,9 @@ from haptid.support.suggestion import did_you_mean
 
 DEFAULT = "lugre"
 """Friction law of a joint whose device file names none."""
+MISSING = "friction_law"
+"""Id under which a search names a law that a joint follows in the place of the one it was asked for; the variant says
+which."""
 
 
 @cache

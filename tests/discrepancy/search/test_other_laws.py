@@ -52,7 +52,7 @@ def found(campaign: Path) -> dict[str, object]:
 def test_friction_after_another_law_is_named_with_its_parameters(found: dict) -> None:
     assert found["verdict"] == "named", found["sentence"]
     (law,) = found["effects"]
-    assert (law["id"], law["key"]) == ("friction_law", "friction_law:coulomb")
+    assert (law["id"], law["variant"]) == ("friction_law", "coulomb")
     assert "Smoothed Coulomb friction" in found["sentence"]
     creep = next(p for id, p in law["parameters"].items() if id == "vc")
     low, high = creep["interval"]

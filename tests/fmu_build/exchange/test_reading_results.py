@@ -14,7 +14,7 @@ from haptid.fmu_build.export import main as export
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
-from haptid.support.errors import LONGEST
+from haptid.support.errors import LONGEST, InputError
 
 PARAMETER = {"value": 1e-4, "std": None, "unit": "kg m^2", "status": "identified"}
 FINDING = {
@@ -206,6 +206,14 @@ def test_fields_that_were_added_to_the_results_are_read(tmp_path):
     told = {"verdict": "partly_named", "residual": "torque", "gap": {"sealed": None, "validate": {"black_box": 0.1}}}
     source.write_text(json.dumps(changed("effects", 0, "stability", to=0.9, data=FINDING) | told))
     assert [e.id for e in read_finding(source, catalogue()).effects] == ["cubic_spring"]
+
+
+def test_a_finding_under_another_friction_law_is_refused_with_what_to_do(tmp_path):
+    law = {"id": "friction_law", "variant": "coulomb", "parameters": {}, "evidence": 100.0}
+    source = tmp_path / "joint4.json"
+    source.write_text(json.dumps({**FINDING, "effects": [law]}))
+    with pytest.raises(InputError, match=r'got coulomb; write friction = "coulomb" into \[joint\.\d\]'):
+        read_finding(source, catalogue())
 
 
 def test_a_link_out_of_the_folder_is_no_file_of_the_results(tmp_path):

@@ -55,7 +55,8 @@ def test_laws_are_found_by_name():
 
 
 @pytest.mark.parametrize(
-    ("law", "most", "least"), [("lugre", 3e-7, 1e-9), ("dahl", 3e-7, 1e-9), ("coulomb", 2e-5, 1e-9), ("maxwell_slip", 2e-5, 2e-7)]
+    ("law", "most", "least"),
+    [("lugre", 3e-7, 1e-9), ("dahl", 3e-7, 1e-9), ("coulomb", 2e-5, 1e-9), ("maxwell_slip", 2e-5, 2e-7)],
 )
 def test_the_kernel_agrees_with_radau(law: str, most: float, least: float):
     """At the standard step to a thirtieth of a sensor's noise or better; at short steps it converges."""
