@@ -56,12 +56,12 @@ def test_an_effect_of_the_users_own_is_refused_in_one_sentence(campaign: Path):
         study_of(read_campaign(campaign), 4, {**catalogue(), "own": own})
 
 
-@pytest.mark.parametrize("law", ["dahl", "maxwell_slip"])
+@pytest.mark.parametrize("law", ["coulomb", "dahl", "maxwell_slip"])
 def test_swept_joints_are_read_from_motion_to_torque(law: str):
     base = joint_equations(4, friction=law)
     found = readable(catalogue(), base, prismatic=False)
     assert "cubic_spring" in found
-    assert ("friction_lag" in found) == (law == "maxwell_slip")
+    assert ("friction_lag" in found) == (law != "dahl")
     inverse = torque_equations(base)
     assert len(inverse.states) == len(base.states) - 2
     assert all(np.isfinite(s.nominal) and s.nominal > 0 for s in inverse.states)

@@ -27,7 +27,7 @@ from tests.model.friction.test_friction_laws import mixed
 from tests.model.friction_cases import AMPLITUDE, JOINT, radau
 
 T = 0.005 * np.arange(161)
-LAWS = {"dahl": 3e-7, "maxwell_slip": 2e-5}
+LAWS = {"coulomb": 2e-5, "dahl": 3e-7, "maxwell_slip": 2e-5}
 """Largest distance from Radau [rad] at the standard step."""
 
 
@@ -57,11 +57,11 @@ def test_the_archive_is_valid_and_its_page_shows_the_law(law: str):
     path = joint_fmu(law, "native").path
     assert not fmpy.validation.validate_fmu(str(path))
     names = {v.name for v in fmpy.read_model_description(str(path)).modelVariables}
-    inner = "joint4.friction.bristle" if law == "dahl" else "joint4.friction.element4"
-    assert {inner, "joint4.friction.Fc"} <= names
+    inner = {"coulomb": "vc", "dahl": "bristle", "maxwell_slip": "element4"}[law]
+    assert {f"joint4.friction.{inner}", "joint4.friction.Fc"} <= names
     with zipfile.ZipFile(path) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert "joint4.friction.sigma0" in page
+    assert "joint4.friction.sigma2" in page
 
 
 @pytest.mark.parametrize("kind", KINDS)
