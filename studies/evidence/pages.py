@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from docs.tables import table
 from studies.blind.outcome import MEANING, Outcome
 from studies.blind.page import share
-from studies.blind.score import Row, by_kind_and_size, coverage, summarise_spread
+from studies.blind.score import Row, by_kind_and_size, coverage, share_of, summarise_spread
 from studies.evidence.pools import (
     KINDS,
     RULE,
@@ -18,7 +18,7 @@ from studies.evidence.pools import (
     settled_rates,
     verdict_rates,
 )
-from studies.ledger.entries import OWN
+from studies.ledger.entries import OWN, STRANGER
 
 SIZES = (
     "Sizes: `nominal` moves the joint by 1 to 5 % of its motion and leaves at least twice the noise after a refit; "
@@ -164,7 +164,7 @@ def page_of_kind(studies: Sequence[Study], kind: str) -> str:
 
 
 def readme_text(studies: Sequence[Study]) -> str:
-    """Write the lines of README on the blind studies of the project's own truth.
+    """Write the lines of README on the blind studies: of the project's own truth, and of the stranger's.
 
     Parameters
     ----------
@@ -200,9 +200,23 @@ def readme_text(studies: Sequence[Study]) -> str:
         f"    - With [the true entry left out](docs/results/{file_of('left_out')}), {share(flagged)} are flagged, and "
         f"{share(wrong)} get a wrong name as certain. 95 % intervals of named effects hold the truth in {share(held)}.",
         "    - The search was changed because of these studies, and the catalogue has the formulas that were hidden: a "
-        "machine is harder.",
+        f"machine is harder. {_on_strangers([study for study in studies if study.entry['truth'] == STRANGER])}".rstrip(),
     ]
     return "\n".join(lines)
+
+
+def _on_strangers(studies: Sequence[Study]) -> str:
+    """Say how the search does on machines whose formulas are not the catalogue's; nothing without such studies."""
+    cases = _cases(studies)
+    if not cases:
+        return ""
+    wrong = share_of(cases, lambda o: o.verdict == "named" and not o.right)
+    right = dict(verdict_rates(cases))["right verdicts"]
+    return (
+        f"On [a stranger's machine](docs/results/{file_of('', STRANGER)}), whose friction laws and disturbances follow "
+        f"other formulas, {share(right)} verdicts are right, and {share(wrong)} tell a wrong name, or not all of "
+        "them, as certain."
+    )
 
 
 def _pools(studies: Sequence[Study]) -> list[str]:

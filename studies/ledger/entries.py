@@ -22,6 +22,8 @@ RESULTS = "blind"
 """Folder beside the ledger with one file a study."""
 OWN = "own"
 """The truth of the project's own virtual device, where a plan names no other."""
+STRANGER = "stranger"
+"""The truth of a machine whose formulas are not the catalogue's."""
 
 
 def read_ledger(path: Path = LEDGER) -> list[Entry]:

@@ -18,7 +18,7 @@ from studies.evidence.enter import main as enter
 from studies.evidence.pages import pages, readme_text
 from studies.evidence.pools import KINDS, RULE, VERDICTS, Study, kind_of, read_studies, verdict_rates
 from studies.evidence.run import PART, README, SCRIPT
-from studies.ledger.entries import LEDGER, RESULTS, read_ledger
+from studies.ledger.entries import LEDGER, RESULTS, STRANGER, read_ledger
 
 STUDIES = read_studies()
 PAGES = pages(STUDIES)
@@ -115,6 +115,18 @@ def test_a_bad_study_and_one_of_another_truth_change_their_own_pools_alone():
     assert {name: more[name] for name in PAGES} == PAGES
     assert "0 of 100 (0 %" in more["blind_strange_all.md"]
     assert readme_text((*STUDIES, strange)) == readme_text(STUDIES)
+
+
+def test_readme_tells_the_strangers_pool_beside_the_own_one():
+    missed = replace(STUDIES[0].cases[0], result="missed", verdict="nothing_missing")
+    other = replace(missed, result="wrong_name", verdict="named")
+    right = replace(missed, result="named", verdict="named")
+    entry = {**STUDIES[0].entry, "truth": STRANGER, "id": "strange"}
+    own = tuple(study for study in STUDIES if study.entry["truth"] != STRANGER)
+    told = readme_text((*own, replace(STUDIES[0], cases=(missed, other, right, right), entry=entry)))
+    assert "2 of 4 (50 %" in told.splitlines()[-1]
+    assert "1 of 4 (25 %" in told.splitlines()[-1]
+    assert "stranger" not in readme_text(own)
 
 
 def test_a_study_that_never_ended_is_listed():
