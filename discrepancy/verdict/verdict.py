@@ -169,18 +169,25 @@ def verdict_of(found: Search) -> Verdict:
     3. Several names are unlisted where one of them has little evidence, or where two are powers of one variable: they
        are terms of a series that follows any smooth curve.
     4. A name is unlisted where an effect of its kind that has no name predicts better.
-    5. Otherwise the effects are named, or ambiguous where rivals predict as well.
+    5. What is unlisted and hardly seen is nothing: where the nominal model leaves noise alone but for a score of the
+       catalogue, and the best model predicts held-out runs better by less than rivals have to differ.
+    6. Otherwise the effects are named, or ambiguous where rivals predict as well.
     """
-    if not found.best.adequate:
-        return "unlisted"
     keys = found.best.solution.keys
+    weak = len(keys) > 1 and min(map(found.evidence, keys)) < THRESHOLDS.verdict.least_evidence_of_each_name
+    if not found.best.adequate or weak or len(_powers(found)) > 1 or found.beaten_by is not None:
+        return "nothing_missing" if _is_hardly_seen(found) else "unlisted"
     if not keys:
         return "nothing_missing" if found.law is None else "named"
-    if len(keys) > 1 and min(found.evidence(key) for key in keys) < THRESHOLDS.verdict.least_evidence_of_each_name:
-        return "unlisted"
-    if len(_powers(found)) > 1 or found.beaten_by is not None:
-        return "unlisted"
     return "ambiguous" if found.rivals else "named"
+
+
+def _is_hardly_seen(found: Search) -> bool:
+    """Say whether held-out runs show next to nothing of what a score of the catalogue asked for."""
+    best, before = found.best.candidate, found.before
+    gain = 2.0 * (best.prediction.score - before.candidate.prediction.score)
+    unseen = bool(found.study.unseen) and gain < THRESHOLDS.candidate.rival_criterion_gap
+    return before.passes and unseen
 
 
 def _list_rivals(found: Search) -> tuple[Trial, ...]:

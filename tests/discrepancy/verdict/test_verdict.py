@@ -1,12 +1,13 @@
 """The verdict rests on honest errors, not on the curvature that the search relies on."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from haptid.discrepancy.search.forward_selection import search
-from haptid.discrepancy.verdict.verdict import judge, untold
+from haptid.discrepancy.verdict.verdict import judge, untold, verdict_of
 from haptid.model.effects.registry import catalogue
 from tests.discrepancy.finding.test_finding import study_with
 
@@ -31,3 +32,27 @@ def test_a_name_whose_first_amplitude_cannot_be_told_from_nothing_is_refused(
     value = solution.values["delay_time"]
     assert untold(solution, np.full_like(rough, 1.01 * value / least), study.rows) == ("delay_time",)
     assert untold(solution, np.full_like(rough, 0.99 * value / least), study.rows) == ()
+
+
+@pytest.mark.parametrize(
+    ("gain", "passes", "verdict"),
+    [
+        (8.0, True, "nothing_missing"),
+        (12.0, True, "unlisted"),
+        (8.0, False, "unlisted"),
+        (-3.0, True, "nothing_missing"),
+    ],
+)
+def test_what_has_no_name_and_hardly_shows_on_held_out_runs_is_nothing(gain: float, passes: bool, verdict: str) -> None:
+    """A friction curve that left 0.06 of the noise was an alarm with two weak names that closed nothing."""
+    prediction = SimpleNamespace(score=0.0)
+    plain = SimpleNamespace(passes=passes, candidate=SimpleNamespace(prediction=prediction))
+    best = SimpleNamespace(
+        adequate=False, solution=SimpleNamespace(keys=("friction_lag",), effects=()),
+        candidate=SimpleNamespace(prediction=SimpleNamespace(score=gain / 2.0)),
+    )  # fmt: skip
+    study = SimpleNamespace(unseen=("a run",))
+    found = SimpleNamespace(best=best, before=plain, beaten_by=None, study=study, law=None, rivals=())
+    assert verdict_of(found) == verdict  # type: ignore[arg-type] # what the verdict reads of a search
+    study.unseen = ()
+    assert verdict_of(found) == "unlisted"  # type: ignore[arg-type] # without held-out runs nothing speaks against it
