@@ -1,12 +1,15 @@
 """Cost of one 0.5 ms step of joint 4: native and Python FMU through the compiled loop, a hand-written C loop, fmpy.
 
 Processor time over interleaved repeats, in ns per step: of one joint the shortest, which other work on the machine
-does not lengthen, else medians; then sensitivities, lanes and the whole device.
+does not lengthen, else medians; then sensitivities, lanes and the whole device. One joint's figures go to ``docs/results/fmu_speed.json`` and to the page on FMUs.
 """
 
 from __future__ import annotations
 
 import ctypes
+import datetime
+import os
+import platform
 import statistics
 import tempfile
 import time
@@ -16,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
+from benchmarks.simulators import page
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import build_fmu
 from haptid.fmu_build.native.c_source import SCALAR_FLAGS
@@ -29,16 +33,19 @@ from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.compiler import compile_shared
+from haptid.support.files.files import write_json
+from studies.ledger.version import git_version
 
 ROWS, STEP, REPEATS, AIM = 20_000, 5e-4, 9, 0.85
 MANY_REPEATS = 50
+OUT = Path(__file__).parents[1] / "docs" / "results" / "fmu_speed.json"
 DEVICE = load_device("freedom6s")
 T = STEP * np.arange(ROWS)
 U = 5e-3 * np.cos(2 * T)[:, None]
 
 
 def measure(calls: dict[str, Callable[[], object]], steps: int, repeats: int) -> dict[str, list[float]]:
-    """Nanoseconds of processor time per step of each repeat, the calls taken in turn so that all see the same machine."""
+    """Measure nanoseconds of processor time per step and repeat, in turn: so all calls see the same machine."""
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(repeats):
         for name, call in calls.items():
@@ -49,7 +56,7 @@ def measure(calls: dict[str, Callable[[], object]], steps: int, repeats: int) ->
 
 
 def medians(calls: dict[str, Callable[[], object]], steps: int, repeats: int = REPEATS) -> dict[str, float]:
-    """The median of `measure` of each call."""
+    """Return the median of `measure` of each call."""
     return {name: statistics.median(t) for name, t in measure(calls, steps, repeats).items()}
 
 
@@ -69,8 +76,8 @@ def by_hand(p: np.ndarray) -> Callable[[], np.ndarray]:
     return run
 
 
-def joint(folder: Path) -> None:
-    """One joint: the two packagings, by hand, by fmpy."""
+def joint(folder: Path) -> dict[str, object]:
+    """One joint: the two packagings, by hand, by fmpy; what is stored of it."""
     e = configuration_equations(DEVICE, [4])
     p, kernel = np.array([q.initial for q in e.parameters]), CompiledKernel.of(e)
     slaves = {}
@@ -114,6 +121,13 @@ def joint(folder: Path) -> None:
     print(f"  speed of the native FMU over the hand-written loop: {hand_ns / native:.2f}, {each:.2f} in the median of")
     print(f"    {MANY_REPEATS - 1} pairs (aim {AIM})")
     print(f"  Python FMU above its kernel: {(ns['Python FMU, compiled loop'] - native) / 1e3:.2f} us/step (aim 5)")
+    return {
+        "ns_per_step": {name: round(value, 1) for name, value in ns.items()},
+        "step_s": STEP,
+        "repeats": MANY_REPEATS - 1,
+        "speed_over_by_hand": round(hand_ns / native, 3),
+        "speed_over_by_hand_median": round(each, 3),
+    }
 
 
 def identification() -> None:
@@ -172,11 +186,19 @@ def whole_device(folder: Path) -> None:
 def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         print("one joint, 0.5 ms communication step")
-        joint(Path(name))
+        stored = joint(Path(name))
         print("identification, 16 s at 5 ms")
         identification()
         print("whole device, 0.5 ms communication step")
         whole_device(Path(name))
+    about = {
+        "command": "python -m benchmarks.fmu_speed",
+        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+        "git": git_version(),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+    }
+    write_json(OUT, {**about, **stored})
+    page.write()
 
 
 if __name__ == "__main__":
