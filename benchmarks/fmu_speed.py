@@ -1,7 +1,8 @@
 """Cost of one 0.5 ms step of joint 4: native and Python FMU through the compiled loop, a hand-written C loop, fmpy.
 
 Processor time over interleaved repeats, in ns per step: of one joint the shortest, which other work on the machine
-does not lengthen, else medians; then sensitivities, lanes and the whole device. One joint's figures go to ``docs/results/fmu_speed.json`` and to the page on FMUs.
+does not lengthen, else medians; then sensitivities, lanes and the whole device. One joint's figures go to
+``docs/results/fmu_speed.json`` and to the page on FMUs.
 """
 
 from __future__ import annotations

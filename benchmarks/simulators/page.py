@@ -167,13 +167,13 @@ def platforms_text(stored: Mapping[str, Any]) -> str:
     paths = len(archives["places"]) or "none"
     names = ", ".join(dict.fromkeys(row["fmu"] for row in ran))
     return "\n".join((
-        f"Binaries of native FMUs ({names}; FMI 2.0 and 3.0) on their reference runs, every output at every row, stepped "
-        f"by a host in C that is compiled for the same platform. {measured(stored)}",
+        f"Binaries of native FMUs ({names}; FMI 2.0 and 3.0) on their reference runs, every output at every row, "
+        f"stepped by a host in C that is compiled for the same platform. {measured(stored)}",
         "",
         table(header, lines),
-        f"Built twice, in different caches and temporary folders: {archives['same_bytes']} of {archives['built_twice']} "
-        f"archives (Python, native, FMI 3.0; all platforms) have the same bytes. Paths of the building machine inside: "
-        f"{paths}.",
+        f"Built twice, in different caches and temporary folders: {archives['same_bytes']} of "
+        f"{archives['built_twice']} archives (Python, native, FMI 3.0; all platforms) have the same bytes. Paths of the "
+        f"building machine inside: {paths}.",
     ))  # fmt: skip
 
 
@@ -181,10 +181,10 @@ def speed_text(stored: Mapping[str, Any]) -> str:
     """Return what a step costs beside a loop that is written by hand."""
     rows = [(name, f"{value:.0f}") for name, value in stored["ns_per_step"].items()]
     return "\n".join((
-        f"One step of {1e3 * stored['step_s']:g} ms of joint 4: processor time, {stored['repeats']} interleaved repeats. "
-        f"The loop by hand (`benchmarks/fmu_hand_written.c`) takes {stored['speed_over_by_hand']:.2f} times the native "
-        f"FMU's time by the shortest repeats, {stored['speed_over_by_hand_median']:.2f} times in the median of the pairs. "
-        f"It uses the same method, but neither checks nor sub-steps. {measured(stored)}",
+        f"One step of {1e3 * stored['step_s']:g} ms of joint 4: processor time, {stored['repeats']} interleaved "
+        f"repeats. The loop by hand (`benchmarks/fmu_hand_written.c`) takes {stored['speed_over_by_hand']:.2f} times "
+        f"the native FMU's time by the shortest repeats, {stored['speed_over_by_hand_median']:.2f} times in the median "
+        f"of the pairs. It uses the same method, but neither checks nor sub-steps. {measured(stored)}",
         "",
         table(("what", "ns a step"), rows),
     ))  # fmt: skip
