@@ -172,8 +172,8 @@ def platforms_text(stored: Mapping[str, Any]) -> str:
         "",
         table(header, lines),
         f"Built twice, in different caches and temporary folders: {archives['same_bytes']} of "
-        f"{archives['built_twice']} archives (Python, native, FMI 3.0; all platforms) have the same bytes. Paths of the "
-        f"building machine inside: {paths}.",
+        f"{archives['built_twice']} archives (Python, native, FMI 3.0; all platforms) have the same bytes. Paths of "
+        f"the building machine inside: {paths}.",
     ))  # fmt: skip
 
 
