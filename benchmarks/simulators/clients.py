@@ -1,8 +1,8 @@
 """Clients of FMUs on the reference runs of the FMUs: which ran, in which version, and how far any output was off.
 
 Every locked joint, the coupled pair and the whole device, in the packagings that a client takes; each run in a process
-of its own. A client that is not installed is stored with the reason. fmuloader is no development package: add it by
-``uv pip install fmuloader==0.1.2rc0``. Results go to ``docs/results/clients.json`` and to the page on other simulators.
+of its own. A client that is not installed is stored with the reason. fmuloader is no development package, since it states
+no licence and the lock takes none that does not: add it by ``uv pip install fmuloader==0.1.2rc0``. Results go to ``docs/results/clients.json`` and to the page on other simulators.
 """
 
 from __future__ import annotations

@@ -56,6 +56,8 @@ def clients_text(stored: Mapping[str, Any]) -> str:
         measured(stored),
         "",
         table(header, lines),
+        "fmuloader is installed for this run alone: its package states no licence, and haptid declares none that does not.",
+        "",
         f"`fmpy validate` finds {stored['problems']} problems in the {stored['validated']} FMUs.",
         "",
         "Not run, and why:",
