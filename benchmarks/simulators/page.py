@@ -162,14 +162,20 @@ def platforms_text(stored: Mapping[str, Any]) -> str:
     lines = []
     for place in dict.fromkeys(row["platform"] for row in stored["rows"]):
         rows = [row for row in stored["rows"] if row["platform"] == place]
+        size = f"{rows[0]['joint_bytes'] / 1e3:.0f}"
         if "missing" in rows[0]:
-            lines.append((place, f"built, not run: {rows[0]['missing']}", "", ""))
+            lines.append((place, f"built, not run: {rows[0]['missing']}", "", "", size))
             continue
         same = sum(row["sha256"] == first[row["fmu"], row["kind"]] for row in rows)
         worst = max(row["largest_difference"] for row in rows)
         version = "" if rows[0]["by"] == "this machine" else f": {rows[0]['version']}"
-        lines.append((place, f"{rows[0]['by']}{version}", f"{same} of {len(rows)}", f"{worst:.1e}" if worst else "0"))
-    header = ("platform", "run by", "FMUs that gave the bits of the first", "largest difference to the reference run")
+        lines.append(
+            (place, f"{rows[0]['by']}{version}", f"{same} of {len(rows)}", f"{worst:.1e}" if worst else "0", size)
+        )
+    header = (
+        "platform", "run by", "FMUs that gave the bits of the first", "largest difference to the reference run",
+        "binary of joint 4 [kB]",
+    )  # fmt: skip
     archives = stored["archives"]
     paths = len(archives["places"]) or "none"
     names = ", ".join(dict.fromkeys(row["fmu"] for row in ran))

@@ -129,6 +129,19 @@ def plan_of(archive: Path, drive: Drive) -> bytes:
     return head + np.column_stack([drive.t, drive.u]).astype("<f8").tobytes()
 
 
+def binary_of(archive: Path, target: Platform) -> str:
+    """Return the name of a platform's binary within an archive."""
+    about = fmpy.read_model_description(str(archive))
+    place = target.fmi3 if about.fmiVersion[0] == "3" else target.fmi2[0]
+    return f"binaries/{place}/{about.coSimulation.modelIdentifier}{target.suffix}"
+
+
+def size_of(archive: Path, target: Platform) -> int:
+    """Return the size of a platform's binary [bytes]."""
+    with ZipFile(archive) as files:
+        return files.getinfo(binary_of(archive, target)).file_size
+
+
 def step(archive: Path, drive: Drive, target: Platform, host: Path, emulator: Emulator) -> Array:
     """Step a platform's binary through the reference run.
 
@@ -139,12 +152,10 @@ def step(archive: Path, drive: Drive, target: Platform, host: Path, emulator: Em
     """
     about = fmpy.read_model_description(str(archive))
     version = about.fmiVersion[0]
-    place = target.fmi3 if version == "3" else target.fmi2[0]
-    member = f"binaries/{place}/{about.coSimulation.modelIdentifier}{target.suffix}"
     own_wine = {"WINEPREFIX": str(host.parent / "wine"), "WINEDEBUG": "-all"}
     with tempfile.TemporaryDirectory() as name:
         with ZipFile(archive) as files:
-            binary = Path(files.extract(member, name)).rename(Path(name) / f"model{target.suffix}")
+            binary = Path(files.extract(binary_of(archive, target), name)).rename(Path(name) / f"model{target.suffix}")
         host = Path(shutil.copy(host, name))
         # a bare name means another place to a loader of libraries than to Windows
         own = binary.name if target.suffix == ".dll" else f"./{binary.name}"
@@ -162,7 +173,8 @@ def run_all(fmus: Mapping[tuple[str, Kind], Path], folder: Path) -> list[dict[st
     rows = []
     for target in PLATFORMS:
         emulator = emulator_of(target)
-        about = {"platform": target.fmi3, "by": emulator.name, "version": emulator.version}
+        size = size_of(fmus["joint4", "native"], target)
+        about = {"platform": target.fmi3, "by": emulator.name, "version": emulator.version, "joint_bytes": size}
         if emulator.missing:
             rows.append({**about, "missing": emulator.missing})
             continue
