@@ -42,8 +42,8 @@ or refused with one printable line, in 5 s of computing time and 500 MiB. A faul
 after the run that found it, and its input stays a test.
 
 Of `fmi_calls` (FMI 2.0) and `fmi3_calls` (FMI 3.0) each input is a script of calls in any order with any arguments, on
-a native FMU that is compiled with the address and the undefined-behaviour sanitizer (`tests/fuzz/fmi/`): no call that is
-refused may change anything, a step that succeeds leaves finite states, and no memory is left.
+a native FMU that is compiled with the address and the undefined-behaviour sanitizer (`tests/fuzz/fmi/`): no call that
+is refused may change anything, a step that succeeds leaves finite states, and no memory is left.
 
 | reader | inputs | read | faults | longest [s] | memory [MiB] | date, version |
 | --- | ---: | ---: | ---: | ---: | ---: | --- |"""
