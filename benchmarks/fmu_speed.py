@@ -1,12 +1,16 @@
 """Cost of one 0.5 ms step of joint 4: native and Python FMU through the compiled loop, a hand-written C loop, fmpy.
 
-Medians of processor time over interleaved repeats, in ns per step and ratios; then sensitivities, lanes and the whole
-device.
+Processor time over interleaved repeats, in ns per step: of one joint the shortest, which other work on the machine
+does not lengthen, else medians; then sensitivities, lanes and the whole device. One joint's figures go to
+``docs/results/fmu_speed.json`` and to the page on FMUs.
 """
 
 from __future__ import annotations
 
 import ctypes
+import datetime
+import os
+import platform
 import statistics
 import tempfile
 import time
@@ -16,8 +20,10 @@ from pathlib import Path
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
+from benchmarks.simulators import page
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.native.c_source import SCALAR_FLAGS
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.fmu_slave import FmuSlave
@@ -28,28 +34,38 @@ from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.compiler import compile_shared
+from haptid.support.files.files import write_json
+from studies.ledger.version import git_version
 
-ROWS, STEP, REPEATS = 20_000, 5e-4, 9
+ROWS, STEP, REPEATS, AIM = 20_000, 5e-4, 9, 0.85
+MANY_REPEATS = 50
+OUT = Path(__file__).parents[1] / "docs" / "results" / "fmu_speed.json"
 DEVICE = load_device("freedom6s")
 T = STEP * np.arange(ROWS)
 U = 5e-3 * np.cos(2 * T)[:, None]
 
 
-def medians(calls: dict[str, Callable[[], object]], steps: int, repeats: int = REPEATS) -> dict[str, float]:
-    """Nanoseconds of processor time per step, the calls taken in turn so that all see the same machine."""
+def measure(calls: dict[str, Callable[[], object]], steps: int, repeats: int) -> dict[str, list[float]]:
+    """Measure nanoseconds of processor time per step and repeat, in turn: so all calls see the same machine."""
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(repeats):
         for name, call in calls.items():
             start = time.thread_time()
             call()
-            times[name].append(time.thread_time() - start)
-    return {name: statistics.median(t[1:]) / steps * 1e9 for name, t in times.items()}
+            times[name].append((time.thread_time() - start) / steps * 1e9)
+    return {name: t[1:] for name, t in times.items()}
+
+
+def medians(calls: dict[str, Callable[[], object]], steps: int, repeats: int = REPEATS) -> dict[str, float]:
+    """Return the median of `measure` of each call."""
+    return {name: statistics.median(t) for name, t in measure(calls, steps, repeats).items()}
 
 
 def by_hand(p: np.ndarray) -> Callable[[], np.ndarray]:
     """Compile the hand-written loop for the same target with the same flags as the FMU."""
     text = (Path(__file__).parent / "fmu_hand_written.c").read_text()
-    library = ctypes.CDLL(str(compile_shared({"h.c": text}, main=("h.c",), triple=this_platform()[0].triple)))
+    compiled = compile_shared({"h.c": text}, main=("h.c",), triple=this_platform()[0].triple, flags=SCALAR_FLAGS)
+    library = ctypes.CDLL(str(compiled))
     pointer = ctypes.c_void_p
     library.by_hand.argtypes = [ctypes.c_long, ctypes.c_double, pointer, pointer, pointer, pointer]
 
@@ -61,8 +77,8 @@ def by_hand(p: np.ndarray) -> Callable[[], np.ndarray]:
     return run
 
 
-def joint(folder: Path) -> None:
-    """One joint: the two packagings, by hand, by fmpy."""
+def joint(folder: Path) -> dict[str, object]:
+    """One joint: the two packagings, by hand, by fmpy; what is stored of it."""
     e = configuration_equations(DEVICE, [4])
     p, kernel = np.array([q.initial for q in e.parameters]), CompiledKernel.of(e)
     slaves = {}
@@ -86,7 +102,7 @@ def joint(folder: Path) -> None:
     reference = kernel.simulate(T, U, p, np.zeros(3))[:, 0]
     for name, y in (("hand-written", hand()), ("native", loop("native")), ("python", loop("python"))):
         print(f"  largest difference of {name} from the kernel: {np.abs(y - reference).max():.1e} rad")
-    ns = medians(
+    times = measure(
         {
             "hand-written C loop": hand,
             "kernel in process (this machine's instructions)": lambda: kernel.simulate(T, U, p, np.zeros(3)),
@@ -94,13 +110,25 @@ def joint(folder: Path) -> None:
             "Python FMU, compiled loop": lambda: loop("python"),
         },
         ROWS,
+        MANY_REPEATS,
     )
+    ns = {name: min(t) for name, t in times.items()}
     ns |= medians({f"fmpy.simulate_fmu, {kind}": lambda kind=kind: fmpy_run(kind) for kind in slaves}, ROWS, 3)
     for name, value in ns.items():
         print(f"  {name:50s}{value:10.0f} ns/step")
     native, hand_ns = ns["native FMU, compiled loop"], ns["hand-written C loop"]
-    print(f"  speed of the native FMU over the hand-written loop: {hand_ns / native:.2f} (aim 0.8)")
+    pairs = zip(times["hand-written C loop"], times["native FMU, compiled loop"], strict=True)
+    each = statistics.median(theirs / ours for theirs, ours in pairs)
+    print(f"  speed of the native FMU over the hand-written loop: {hand_ns / native:.2f}, {each:.2f} in the median of")
+    print(f"    {MANY_REPEATS - 1} pairs (aim {AIM})")
     print(f"  Python FMU above its kernel: {(ns['Python FMU, compiled loop'] - native) / 1e3:.2f} us/step (aim 5)")
+    return {
+        "ns_per_step": {name: round(value, 1) for name, value in ns.items()},
+        "step_s": STEP,
+        "repeats": MANY_REPEATS - 1,
+        "speed_over_by_hand": round(hand_ns / native, 3),
+        "speed_over_by_hand_median": round(each, 3),
+    }
 
 
 def identification() -> None:
@@ -159,11 +187,19 @@ def whole_device(folder: Path) -> None:
 def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         print("one joint, 0.5 ms communication step")
-        joint(Path(name))
+        stored = joint(Path(name))
         print("identification, 16 s at 5 ms")
         identification()
         print("whole device, 0.5 ms communication step")
         whole_device(Path(name))
+    about = {
+        "command": "python -m benchmarks.fmu_speed",
+        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+        "git": git_version(),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+    }
+    write_json(OUT, {**about, **stored})
+    page.write()
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ def read_stored(name: str) -> dict[str, Any] | None:
 
 def all_figures() -> list[Figure]:
     """Return every performance figure that is stored, measured here or by another benchmark."""
-    return [*_measured_here(), *_tutorial(), *_time_to_truth(), *_real_machines(), *_fuzzing()]
+    return [*_measured_here(), *_tutorial(), *_time_to_truth(), *_real_machines(), *_fmu_steps(), *_fuzzing()]
 
 
 def _measured_here() -> Iterator[Figure]:
@@ -83,6 +83,12 @@ def _real_machines() -> Iterator[Figure]:
     for one in [] if stored is None else stored["sets"]:
         wall = sum(command["wall_s"] for command in one["commands"])
         yield Figure("real machines, all commands", one["title"], wall, "s", _origin("real_machines.json", stored))
+
+
+def _fmu_steps() -> Iterator[Figure]:
+    stored = read_stored("fmu_speed.json")
+    for name, nanoseconds in ({} if stored is None else stored["ns_per_step"]).items():
+        yield Figure("a step of one joint", name, nanoseconds, "ns", _origin("fmu_speed.json", stored))
 
 
 def _fuzzing() -> Iterator[Figure]:

@@ -1,8 +1,9 @@
 """Clients of FMUs on the reference runs of the FMUs: which ran, in which version, and how far any output was off.
 
 Every locked joint, the coupled pair and the whole device, in the packagings that a client takes; each run in a process
-of its own. A client that is not installed is stored with the reason. fmuloader is no development package: add it by
-``uv pip install fmuloader==0.1.2rc0``. Results go to ``docs/results/clients.json`` and to the page on other simulators.
+of its own. A client that is not installed is stored with the reason. fmuloader is no development package, since it
+states no licence and the lock takes none that does not: add it by ``uv pip install fmuloader==0.1.2rc0``. Results go to
+``docs/results/clients.json`` and to the page on other simulators.
 """
 
 from __future__ import annotations
@@ -72,7 +73,11 @@ def run(word: str, archive: Path) -> dict[str, Any]:
     columns = [line.split() for line in done.stdout.splitlines() if line.startswith("COLUMN")]
     if done.returncode or not columns:
         return {"failed": (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]}
-    return {"columns": len(columns), "largest_difference": max(float(text) for _, _, text in columns)}
+    result = {"columns": len(columns), "largest_difference": max(float(text) for _, _, text in columns)}
+    for line in done.stdout.splitlines():
+        if line.startswith("REFERENCE"):
+            result["to_reference_run"] = float(line.split()[1])
+    return result
 
 
 def version_of(client: Client) -> str:

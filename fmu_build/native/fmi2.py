@@ -10,7 +10,7 @@ from collections.abc import Callable
 from haptid.fmu_build.description.fmi2_xml import model_description
 from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.native.c_source import bare_libraries, layout, text_of
+from haptid.fmu_build.native.c_source import bare_libraries, kernel_source, layout, text_of
 from haptid.fmu_build.native.c_tables import input_jacobian, tables
 from haptid.fmu_build.native.mach_o import universal
 from haptid.fmu_build.native.mass_matrix import pivot_source
@@ -60,9 +60,8 @@ def native_source(
     return "\n".join(
         (
             _HOW_TO_COMPILE.format(identifier=interface.identifier),
-            "#define HK_API static",
             "#define HF_API static",
-            kernel.source,
+            kernel_source(kernel),
             layout(kernel),
             text_of("flat.c"),
             pivot_source(kernel.equations),

@@ -60,23 +60,26 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
     }
 
 
-def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
+def kernel_files(interface: Interface, module: str, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
     """Return the compiled kernels by their name below ``resources``.
 
     Parameters
     ----------
     interface
         Kernel of the FMU.
+    module
+        Name of the entry module. A process loads a library once for each path: the folder is named after the FMU, for
+        hosts that unpack one FMU where another one was.
     platforms
         Platforms to compile for.
 
     Returns
     -------
     dict of str to bytes
-        Content of the library by its name, as ``kernel/<platform>.so``.
+        Content of the library by its name, as ``<module>_kernel/<platform>.so``.
     """
     built = bare_libraries(flat_source(interface.kernel), platforms)
-    return {f"kernel/{p.python}{p.suffix}": built[p.python] for p in platforms}
+    return {f"{module}_kernel/{p.python}{p.suffix}": built[p.python] for p in platforms}
 
 
 def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
@@ -119,7 +122,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         "plan.json": json.dumps(plan_of(interface, module)).encode(),
         f"{module}_slave.py": slave.encode(),
         f"{module}_fallback.py": fallback.encode(),
-        **kernel_files(interface, platforms),
+        **kernel_files(interface, module, platforms),
     }
     files = guard_loaders(_build_archive(module, resources), interface, guid)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)

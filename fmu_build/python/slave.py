@@ -45,7 +45,7 @@ def load_kernel() -> Any:
         Both have the same functions.
     """
     machine = MACHINES.get(platform.machine().lower(), platform.machine().lower())
-    for path in sorted((HERE / "kernel").glob(f"{sys.platform}-{machine}*")):
+    for path in sorted((HERE / f"{PLAN['module']}_kernel").glob(f"{sys.platform}-{machine}*")):
         try:
             library = ctypes.CDLL(str(path))
         except OSError:

@@ -16,10 +16,11 @@ from haptid.identification.foreign.co_simulation import Request, initialise, ste
 from haptid.identification.foreign.model_exchange import integrate
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.errors import one_line
 from haptid.support.processes.pool import end_with_the_parent
 
-_FATAL = 4
-"""Status of FMI 2.0 and 3.0 after which an instance must not be used."""
+_ERROR, _FATAL = 3, 4
+"""Status of FMI 2.0 and 3.0 of a call that failed, and of one after which an instance must not be used."""
 
 
 def serve(connection: Connection, unpacked: Unpacked) -> None:
@@ -63,8 +64,36 @@ def _quiet() -> None:
         )
 
 
+def _instantiate(unpacked: Unpacked) -> Any:
+    """Instantiate the FMU; where it refuses, say why in its own words."""
+    try:
+        return instantiate_fmu(str(unpacked.folder), unpacked.description, fmi_type=unpacked.interface)
+    except Exception as error:
+        words = _words_of_refusal(unpacked)
+        msg = f"{error}: {words}" if words else str(error)
+        raise RuntimeError(msg) from error
+
+
+def _words_of_refusal(unpacked: Unpacked) -> str:
+    """Instantiate once more with logging on, which slows simulations; the last message of an error, empty if none."""
+    messages: list[str] = []
+
+    def hear(*arguments: Any) -> None:  # of FMI 2.0 and 3.0: the last three are status, category, message
+        status, _, message = arguments[-3:]
+        if status >= _ERROR and message:
+            messages.append(message.decode(errors="replace"))
+
+    try:
+        instantiate_fmu(
+            str(unpacked.folder), unpacked.description, fmi_type=unpacked.interface, debug_logging=True, logger=hear
+        ).freeInstance()
+    except Exception:  # it is the messages that are wanted
+        return one_line(messages[-1]) if messages else ""
+    return ""
+
+
 def _simulate(unpacked: Unpacked, request: Request) -> Array:
-    fmu: Any = instantiate_fmu(str(unpacked.folder), unpacked.description, fmi_type=unpacked.interface)
+    fmu = _instantiate(unpacked)
     step = step_by_itself if unpacked.interface == "CoSimulation" else integrate
     try:
         initialise(fmu, unpacked.description, request)

@@ -122,7 +122,7 @@ def _plain(e: Equations) -> str:
         e, [f"Y[{i}][0]" for i in range(len(e.outputs))], [o.expression for o in e.outputs], "X[{}][0]"
     )
     return f"""
-static inline void hk_eval_plain(real t, real X[HK_NX][1], const real *u, const real *p, real F[HK_NX][1]) {{
+HK_INLINE void hk_eval_plain(real t, real X[HK_NX][1], const real *u, const real *p, real F[HK_NX][1]) {{
 {setup}{assignments(e, targets, expressions, "X[{}][0]")}{finish}
 }}
 static inline void hk_out_plain(real t, real X[HK_NX][1], const real *u, const real *p, real Y[HK_NY][1]) {{
@@ -212,8 +212,8 @@ def _print(formulas: _Formulas, tangent: bool) -> str:
         head,
         f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
         f"static const int hk_stiff[HK_NX] = {{{stiff}}};",
-        f"static inline void hk_rates{arguments}, real *a) {{\n{assignments(e, rate_targets, rates)}\n}}",
-        f"static inline real hk_coupling{arguments}) {{\n{stiffness}\n    return c;\n}}",
+        f"HK_INLINE void hk_rates{arguments}, real *a) {{\n{assignments(e, rate_targets, rates)}\n}}",
+        f"HK_INLINE real hk_coupling{arguments}) {{\n{stiffness}\n    return c;\n}}",
         _plain(e),
         f"#ifdef HK_NC\n{tangent_source(e)}\n#endif" if tangent else "",
         template("weights.h"),

@@ -23,6 +23,14 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+/* HK_TIGHT: one step in one function, so that what its stages share is calculated once. It takes a quarter less time and twice as long
+ * to compile: for what is compiled once and stepped for long. */
+#if defined(HK_TIGHT) && defined(__GNUC__)
+#define HK_INLINE static inline __attribute__((always_inline))
+#else
+#define HK_INLINE static inline
+#endif
+
 #ifdef HK_LANES
 typedef double real __attribute__((vector_size(8 * HK_LANES)));
 typedef uint64_t mask __attribute__((vector_size(8 * HK_LANES)));
@@ -64,7 +72,7 @@ static inline real hk_step(real x) { return hk_select(hk_true(x > K(0.0)), K(1.0
 #define HK_ROUNDER 6755399441055744.0
 
 /* exp(x) = 2^n·exp(r), |r| <= ln2/2, Taylor to r^13 (remainder 4e-18), Estrin's order; arguments are clamped to +-700. */
-static inline real hk_exp(real x) {
+HK_INLINE real hk_exp(real x) {
     x = hk_max(hk_min(x, K(700.0)), K(-700.0));
     real k = x * 1.4426950408889634 + HK_ROUNDER;
     mask n = HK_BITS(k);
@@ -79,7 +87,7 @@ static inline real hk_exp(real x) {
 }
 
 /* sin and cos: x = k·pi/2 + r in three parts, Taylor on |r| <= pi/4 (remainder 2e-17), quadrant by k. Full accuracy to |x| < 1e5. */
-static inline void hk_sincos(real x, real *s, real *c) {
+HK_INLINE void hk_sincos(real x, real *s, real *c) {
     real k = x * 0.63661977236758134 + HK_ROUNDER;
     mask n = HK_BITS(k);
     k = k - HK_ROUNDER;

@@ -14,7 +14,7 @@ static inline void HK_FN(column)(real X[HK_NX][HK_W], real *x) {
 }
 
 /* Relaxation rates for one sub-step of length h. */
-static inline void HK_FN(relax)(real t, real X[HK_NX][HK_W], const real *u, const real *p, real F[HK_NX][HK_W], real h, real *a) {
+HK_INLINE void HK_FN(relax)(real t, real X[HK_NX][HK_W], const real *u, const real *p, real F[HK_NX][HK_W], real h, real *a) {
     real x[HK_NX], end[HK_NX];
     HK_FN(column)(X, x);
     hk_rates(t, x, u, p, a);
@@ -24,7 +24,7 @@ static inline void HK_FN(relax)(real t, real X[HK_NX][HK_W], const real *u, cons
 }
 
 /* One sub-step of length h; u0 is the input at its start, slope its rate of change. */
-static inline void HK_FN(substep)(real X[HK_NX][HK_W], real t, const real *u0, const real *slope, const real *p, real h) {
+HK_INLINE void HK_FN(substep)(real X[HK_NX][HK_W], real t, const real *u0, const real *slope, const real *p, real h) {
     real F[HK_NX][HK_W], N0[HK_NX][HK_W], Na[HK_NX][HK_W], Nb[HK_NX][HK_W], Xa[HK_NX][HK_W], Xs[HK_NX][HK_W];
     real a[HK_NX], um[HK_NU], u1[HK_NU];
     hk_weights w[HK_NX];

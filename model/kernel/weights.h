@@ -5,7 +5,7 @@
 
 typedef struct { real half, half_phi, full, f1, f2, f3; } hk_weights;
 
-static inline hk_weights hk_weigh(real a, real h) {
+HK_INLINE hk_weights hk_weigh(real a, real h) {
     hk_phi_t z = hk_phi(-0.5 * h * a);
     real p1 = 0.5 * (z.e + 1.0) * z.p1; /* phi_k(2z) from phi_k(z) */
     real p2 = 0.25 * (z.p1 * z.p1 + 2.0 * z.p2);
@@ -20,7 +20,7 @@ static inline hk_weights hk_classical(real h) {
 }
 
 /* Sub-steps of a step h such that h·sqrt(coupling) <= 1, a whole number between 1 and HK_MAX_SUBSTEPS. */
-static inline real hk_substeps(real t, const real *x, const real *u, const real *p, double h) {
+HK_INLINE real hk_substeps(real t, const real *x, const real *u, const real *p, double h) {
     real c = hk_coupling(t, x, u, p);
     real n = hk_min(hk_sqrt(hk_select(hk_true(c < K(1e30)), c, K(0.0))) * h + 0.5, K(HK_MAX_SUBSTEPS));
     return hk_max((n + HK_ROUNDER) - HK_ROUNDER, K(1.0));

@@ -15,6 +15,7 @@ import subprocess
 import sys
 from concurrent.futures import as_completed
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,10 @@ HEAD = """# Readers under changed files
 Valid files with one to four changes (other numbers, broken text, missing and repeated lines, deep nests) must be read
 or refused with one printable line, in 5 s of computing time and 500 MiB. A fault is anything else; each was mended
 after the run that found it, and its input stays a test.
+
+Of `fmi_calls` (FMI 2.0) and `fmi3_calls` (FMI 3.0) each input is a script of calls in any order with any arguments, on
+a native FMU that is compiled with the address and the undefined-behaviour sanitizer (`tests/fuzz/fmi/`): no call that
+is refused may change anything, a step that succeeds leaves finite states, and no memory is left.
 
 | reader | inputs | read | faults | longest [s] | memory [MiB] | date, version |
 | --- | ---: | ---: | ---: | ---: | ---: | --- |"""
@@ -171,6 +176,7 @@ def _limit_memory() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
+@cache  # before the first result is written, which changes the tree
 def _version() -> str:
     described = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False)
     return described.stdout.strip() or "unknown"

@@ -28,7 +28,7 @@ static void end_slopes(Instance *s, double dt) {
     }
 }
 
-static fmi2Status refuse_step(Instance *s, const char *expected, double limit, const char *got, double value) {
+APART static fmi2Status refuse_step(Instance *s, const char *expected, double limit, const char *got, double value) {
     Message m = {{0}, 0};
     say(&m, "fmi2DoStep: expected "); say(&m, expected); say_number(&m, limit);
     say(&m, got); say_number(&m, value); say(&m, " s");
@@ -71,7 +71,7 @@ static int blame_mass(Instance *s, Message *m, double dt) {
 }
 
 /* End a step that failed where it began: a host reads the last good state, or restores one that it saved. */
-static fmi2Status discard_step(Instance *s, const double *x, double t, double dt) {
+APART static fmi2Status discard_step(Instance *s, const double *x, double t, double dt) {
     Message m = {{0}, 0};
     if (!FMU_JOINTS || !blame_mass(s, &m, dt)) {
         m.n = 0;
@@ -85,15 +85,14 @@ static fmi2Status discard_step(Instance *s, const double *x, double t, double dt
 
 FMI2 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real dt, fmi2Boolean no_set_state_before) {
     Instance *s = c;
-    Message unused = {{0}, 0};
-    double x[HK_NX], start;
+    double x[HK_NX], start, pivot;
     (void)no_set_state_before;
     if (!allowed_for(s, "fmi2DoStep", fmi2CoSimulation, IN_STEP) || !step_is_possible(s, t, dt) || !consistent(s)) return fmi2Error;
     for (int i = 0; i < HK_NX; i++) x[i] = s->v[HF_X + i];
     start = s->time;
     if (!kernel_step(s, t, dt)) return discard_step(s, x, t, dt);
     s->time = t + dt;
-    if (FMU_JOINTS && !definite(s, &unused)) {
+    if (weightless_joint(s, &pivot) >= 0) {
         s->time = start;
         for (int i = 0; i < HK_NX; i++) s->v[HF_X + i] = x[i];
         return discard_step(s, x, t, dt);

@@ -26,10 +26,13 @@ static void say_inertias(Instance *s, Message *m, int joint) {
     }
 }
 
+/* The first joint at which the mass matrix is not positive definite here, and its pivot there; -1 where there is none. */
+static inline int weightless_joint(Instance *s, double *pivot) { return FMU_JOINTS ? kernel_pivot(s, pivot) : -1; }
+
 /* Whether the mass matrix is positive definite here; else says at which joint it is not and which parameters make it. */
 static int definite(Instance *s, Message *m) {
     double pivot = 0;
-    int joint = FMU_JOINTS ? kernel_pivot(s, &pivot) : -1;
+    const int joint = weightless_joint(s, &pivot);
     if (joint < 0) return 1;
     say(m, "mass matrix: expected to be positive definite, got the pivot "); say_number(m, pivot);
     say(m, " at joint "); say_number(m, fmu_joint[joint]);
@@ -38,11 +41,13 @@ static int definite(Instance *s, Message *m) {
     return 0;
 }
 
-static int consistent(Instance *s) {
+APART static int check_values(Instance *s) {
     Message m = {{0}, 0};
-    if (!s->unchecked) return 1;
     if (!ordered(s)) return 0;
     if (!definite(s, &m)) { refuse(s, &m); return 0; }
     s->unchecked = 0;
     return 1;
 }
+
+/* Whether values make sense together; they are looked at once after they have changed. */
+static inline int consistent(Instance *s) { return !s->unchecked || check_values(s); }

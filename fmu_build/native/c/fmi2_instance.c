@@ -105,13 +105,16 @@ FMI2 fmi2Status fmi2Reset(fmi2Component c) {
 /* Slack between times of the host and of the instance: hosts add up steps or multiply them, and round. */
 static double slack(double t, double dt) { return 1e-6 * dt + 1e-9 * (t < 0 ? -t : t); }
 
-/* Whether the time lies within the experiment that the host has set up. */
-static int within_experiment(Instance *s, const char *function, double t, double dt) {
+APART static int refuse_time(Instance *s, const char *function, double t) {
     Message m = {{0}, 0};
-    if (!s->stop_given || t <= s->stop + slack(s->stop, dt)) return 1;
     say(&m, function);
     say(&m, ": expected a time up to the stop time "); say_number(&m, s->stop);
     say(&m, " s, got "); say_number(&m, t); say(&m, " s");
     refuse(s, &m);
     return 0;
+}
+
+/* Whether the time lies within the experiment that the host has set up. */
+static inline int within_experiment(Instance *s, const char *function, double t, double dt) {
+    return !s->stop_given || t <= s->stop + slack(s->stop, dt) || refuse_time(s, function, t);
 }

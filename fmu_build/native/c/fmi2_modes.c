@@ -41,7 +41,7 @@ static fmi2Status tell_host(Instance *s, fmi2Status status, const Message *m) {
 
 static fmi2Status refuse(Instance *s, const Message *m) { return tell_host(s, fmi2Error, m); }
 
-static fmi2Status answer_text(Instance *s, fmi2Status status, const char *where, const char *what) {
+APART static fmi2Status answer_text(Instance *s, fmi2Status status, const char *where, const char *what) {
     Message m = {{0}, 0};
     say(&m, where);
     say(&m, ": ");
@@ -49,7 +49,7 @@ static fmi2Status answer_text(Instance *s, fmi2Status status, const char *where,
     return tell_host(s, status, &m);
 }
 
-static fmi2Status refuse_text(Instance *s, const char *where, const char *what) { return answer_text(s, fmi2Error, where, what); }
+APART static fmi2Status refuse_text(Instance *s, const char *where, const char *what) { return answer_text(s, fmi2Error, where, what); }
 
 /* Append the names of some modes. */
 static void say_modes(Message *m, int modes) {
@@ -62,11 +62,9 @@ static void say_modes(Message *m, int modes) {
     }
 }
 
-/* Whether the call may come in this mode. */
-static int allowed(Instance *s, const char *function, int modes) {
+/* Say in which modes the call may come, and that this is none of them. */
+APART static int refuse_mode(Instance *s, const char *function, int modes) {
     Message m = {{0}, 0};
-    if (!s) return 0;
-    if (s->mode & modes) return 1;
     say(&m, function);
     say(&m, ": expected in mode");
     say_modes(&m, modes);
@@ -76,8 +74,13 @@ static int allowed(Instance *s, const char *function, int modes) {
     return 0;
 }
 
+/* Whether the call may come in this mode. */
+static inline int allowed(Instance *s, const char *function, int modes) {
+    return s && (s->mode & modes || refuse_mode(s, function, modes));
+}
+
 /* Whether the call may come in this mode, to an instance of this interface. */
-static int allowed_for(Instance *s, const char *function, fmi2Type type, int modes) {
+static inline int allowed_for(Instance *s, const char *function, fmi2Type type, int modes) {
     if (!s) return 0;
     if (s->type == type) return allowed(s, function, modes);
     refuse_text(s, function, type == fmi2CoSimulation ? "expected an instance for co-simulation, got one for model exchange"
@@ -86,7 +89,7 @@ static int allowed_for(Instance *s, const char *function, fmi2Type type, int mod
 }
 
 /* Whether an array that a host gives is there. */
-static int given(Instance *s, const char *function, size_t n, const void *references, const void *values) {
+static inline int given(Instance *s, const char *function, size_t n, const void *references, const void *values) {
     if (!n || (references && values)) return 1;
     refuse_text(s, function, "expected arrays, got none");
     return 0;

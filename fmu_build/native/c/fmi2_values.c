@@ -33,7 +33,7 @@ static int settable_now(const Instance *s, int role) {
 }
 
 /* Say why a value is refused. */
-static fmi2Status refuse_value(Instance *s, fmi2ValueReference vr, double value) {
+APART static fmi2Status refuse_value(Instance *s, fmi2ValueReference vr, double value) {
     Message m = {{0}, 0};
     if (!known(vr)) return refuse_text(s, "fmi2SetReal", "unknown value reference");
     say(&m, fmu_name[vr]);

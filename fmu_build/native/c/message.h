@@ -1,4 +1,12 @@
 /* Messages without a C library: text and numbers appended to a fixed buffer. */
+
+/* What says that something is wrong stands apart, so that a call that is well does not make room for its message. */
+#if defined(__GNUC__)
+#define APART __attribute__((noinline, cold))
+#else
+#define APART
+#endif
+
 typedef struct { char text[400]; size_t n; } Message;
 
 static void say(Message *m, const char *text) {

@@ -85,7 +85,7 @@ def test_the_fmu_runs_it_where_it_has_no_binary(tmp_path):
     e, t = equations("joint4"), STEP * np.arange(41)
     bare = build_fmu(e, tmp_path / "bare.fmu", kind=KIND, platforms=(), values={"Ks": 0.011})
     with zipfile.ZipFile(bare.path) as archive:
-        assert not [name for name in archive.namelist() if "/kernel/" in name]
+        assert not [name for name in archive.namelist() if "_kernel/" in name]
     u, p = torques(e, t), initial(e)
     p[[q.id for q in e.parameters].index("Ks")] = 0.011
     got = Client(bare).start().go().run(e, t, u)

@@ -84,3 +84,28 @@ def test_what_is_missing_is_told(lost: str, unpacked: Path, tmp_path: Path):
     *messages, end = told(folder, resources.as_uri())
     assert end == "refused"
     assert messages
+
+
+ONE_PLACE = """
+import shutil
+import sys
+import fmpy
+place, *archives = sys.argv[1:]
+for archive in archives:
+    shutil.rmtree(place, ignore_errors=True)
+    fmpy.extract(archive, unzipdir=place)
+    rows = fmpy.simulate_fmu(place, stop_time=0.1, output_interval=0.005)
+    print(rows[rows.dtype.names[1]].tobytes().hex())
+"""
+
+
+def test_one_fmu_unpacked_where_another_was_is_itself(tmp_path: Path):
+    """A process loads a library once for each path, and this process has loaded the first FMU's from there."""
+
+    def rows_of(*names: str) -> list[str]:
+        paths = [str(fmu(name, "python").path) for name in names]
+        command = [sys.executable, "-B", "-c", ONE_PLACE, str(tmp_path / "place"), *paths]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+        return done.stdout.splitlines()
+
+    assert rows_of("joint4", "freedom6s")[1] == rows_of("freedom6s")[0]

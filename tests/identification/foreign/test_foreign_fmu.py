@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import time
+import zipfile
 
+import fmpy
 import numpy as np
 import pytest
 
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.support.errors import InputError, NumericalError
+from tests.fmu_build.fmu_cases import fmu
 from tests.identification.foreign_cases import content, write
 from tests.real_data import DATA
 
@@ -88,3 +91,17 @@ def test_a_reference_fmu_gives_its_exponential(version):
         (x,) = fmu.simulate(t, start={"k": 0.5}, inputs={}, outputs=["x"]).T
     steps = np.round(t / 0.1)  # the FMU steps by forward Euler, 0.1 s each
     np.testing.assert_allclose(x, (1 - 0.5 * 0.1) ** steps, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "told"), [("native", "guid: expected {"), ("native3", "the instantiation token {")])
+def test_an_fmu_that_refuses_says_why_in_its_own_words(kind, told, tmp_path):
+    own, other = fmu("joint4", kind).path, tmp_path / "other.fmu"
+    identity = fmpy.read_model_description(str(own)).guid.encode()
+    with zipfile.ZipFile(own) as files, zipfile.ZipFile(other, "w") as changed:
+        for name in files.namelist():
+            data = files.read(name)
+            is_description = name == "modelDescription.xml"
+            changed.writestr(name, data.replace(identity, b"{of another}") if is_description else data)
+    with ForeignFmu(other) as foreign, pytest.raises(NumericalError) as caught:
+        foreign.simulate(T, start={}, inputs={}, outputs=["joint4.reading"])
+    assert told in str(caught.value)
