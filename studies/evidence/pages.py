@@ -188,6 +188,7 @@ def readme_text(studies: Sequence[Study]) -> str:
     )
     (_, held), _ = coverage_rates(cases)
     lost = sum(study.entry["outcome"] == "lost" for study in own)
+    strange = [study for study in studies if study.entry["truth"] == STRANGER]
     lines = [
         "- A named effect is a claim that is put to the test, on the project's own virtual device: "
         f"[blind studies](docs/results/blind.md), {len(own)} in [the ledger](docs/results/ledger.json) ({lost} of "
@@ -200,7 +201,7 @@ def readme_text(studies: Sequence[Study]) -> str:
         f"    - With [the true entry left out](docs/results/{file_of('left_out')}), {share(flagged)} are flagged, and "
         f"{share(wrong)} get a wrong name as certain. 95 % intervals of named effects hold the truth in {share(held)}.",
         "    - The search was changed because of these studies, and the catalogue has the formulas that were hidden: a "
-        f"machine is harder. {_on_strangers([study for study in studies if study.entry['truth'] == STRANGER])}".rstrip(),
+        f"machine is harder. {_on_strangers(strange)}".rstrip(),
     ]
     return "\n".join(lines)
 
