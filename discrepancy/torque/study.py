@@ -61,11 +61,13 @@ class TorqueStudy:
         The fitted and held-out runs as they were recorded; empty where the study was not made from a campaign.
     resting
         Whether the joint rests at each row, shape (n_t,) each: friction holds it there with any torque up to its level,
-        so that the motion does not tell the torque. Empty where every row counts.
+        whoever made the torque, so that the motion does not tell it. Empty where every row counts.
     sealed
         Runs, turned alike, that take part in no choice (`discrepancy.study.sealed`).
     delay
         Delay of the recorded torque that the plain model finds [s], which ``runs`` have behind them; 0 without one.
+    stated
+        Ids of the parameters that the user stated, whose ranges stay as they are.
     threads
         Number of threads that fit and scan side by side; the results do not depend on it.
     """
@@ -80,6 +82,7 @@ class TorqueStudy:
     resting: tuple[Mask, ...] = ()
     sealed: tuple[Run, ...] = ()
     delay: float = 0.0
+    stated: tuple[str, ...] = ()
     threads: int = 1
 
     @property
@@ -265,9 +268,10 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         prismatic=slides,
         drive=drive,
         recorded=(*fitted, *unseen),
-        resting=() if drive is None else tuple(rests(run) for run in turned),
+        resting=tuple(rests(run) for run in turned),
         sealed=kept,
         delay=delay,
+        stated=tuple(stated),
         threads=threads,
     )
 
