@@ -23,6 +23,7 @@ from haptid.measurement.making.prepared import (
     current_constants,
     describe,
     describe_campaign,
+    describe_drives,
     prepare_tables,
 )
 from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step
@@ -79,7 +80,7 @@ def make_campaign(
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
-    click.echo("\n".join([*layouts, *describe(prepared)]))
+    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
     device = campaign.device.replace(str(inner), str(out))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {device}"
@@ -134,8 +135,12 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
         expected = f"tables that end in {', '.join((*SUFFIXES, *TEXTS, *KINDS))}"
         texts = sorted(path.name for path in folder.iterdir() if path.name.endswith(TEXTS))
         if texts:
-            todo = "write a line with the names and units of the columns before the rows, as in 'time_s torque_Nm q_rad'"
-            raise InputError(str(folder / texts[0]), expected="a table", got="no line of names above numbers", todo=todo)
+            todo = (
+                "write a line with the names and units of the columns before the rows, as in 'time_s torque_Nm q_rad'"
+            )
+            raise InputError(
+                str(folder / texts[0]), expected="a table", got="no line of names above numbers", todo=todo
+            )
         raise InputError(str(folder), expected=expected, got="none")
     names = [one.table.file_name for one in read]
     for name in names:
@@ -159,6 +164,8 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
     constant = flags["torque_constant"]
     if constant is not None and not 0.0 < abs(constant) < float("inf"):
         raise InputError("--torque-constant", expected="a number of N m/A or N/A, not 0", got=f"{constant:g}")
+    if flags["resistance"] is not None and not 0.0 < flags["resistance"] < float("inf"):
+        raise InputError("--resistance", expected="a number of ohms above 0", got=f"{flags['resistance']:g}")
     for name in ("noise", "resolution"):
         if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
             where = f"--{name}"
@@ -174,6 +181,7 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
         free=parse_joints(flags["free"], "--free"),
         stated=stated,
         torque_constant=constant,
+        resistance=flags["resistance"],
     )
 
 

@@ -42,8 +42,10 @@ class Answers:
     closed
         Joints whose controller the user states.
     torque_constant
-        Torque of an ampere [N m/A] ([N/A] where a joint slides), of the joints whose current was recorded in place of
-        the torque; None where it is not stated.
+        Torque of an ampere [N m/A] ([N/A] where a joint slides), of the joints whose current, voltage or duty was
+        recorded in place of the torque; None where it is not stated.
+    resistance
+        Resistance of the winding [ohm], of the joints whose voltage or duty was recorded; None where it is not stated.
     """
 
     title: str
@@ -57,6 +59,7 @@ class Answers:
     stated: Mapping[str, Target]
     closed: frozenset[int] = frozenset()
     torque_constant: float | None = None
+    resistance: float | None = None
 
 
 def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:

@@ -126,10 +126,16 @@ def _counted_from_zero(
         return understood
     shifted = []
     for one, targets in zip(names, understood, strict=True):
-        lower = {column: NUMBERED.sub(lambda found: f"_{int(found.group(1)) - 1}", name) for column, name in one.items()}
+        lower = {
+            column: NUMBERED.sub(lambda found: f"_{int(found.group(1)) - 1}", name) for column, name in one.items()
+        }
         factors = {column: target.factor for column, target in targets.items()}
         shifted.append({c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c})
     return shifted
+
+
+def _one_less(found: re.Match[str]) -> str:
+    return f"_{int(found.group(1)) - 1}"
 
 
 def _named(table: Table, targets: dict[str, Target], answers: Answers) -> UsableTable:
@@ -222,7 +228,11 @@ def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, devic
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
     known = {key: value for key, value in sensor.items() if value is not None}
-    joints: dict[str, Any] = {str(j): {"drive": {"kind": kind}} for j, kind in sorted(_drives(prepared).items())}
+    known_of_drive = {"torque_constant": answers.torque_constant, "resistance_ohm": answers.resistance}
+    motor = {key: value for key, value in known_of_drive.items() if value is not None}
+    joints: dict[str, Any] = {
+        str(j): {"drive": {"kind": kind, **motor}} for j, kind in sorted(_drives(prepared).items())
+    }
     if answers.torque_constant is not None:
         keys = current_constants(prepared)
         joints |= {str(joint): {key: answers.torque_constant} for joint, key in sorted(keys.items())}
@@ -289,6 +299,31 @@ def describe(prepared: Sequence[PreparedTable]) -> list[str]:
             factor = "" if target.factor == 1 else f", × {target.factor:.6g}"
             lines[f"  {column} is {target.name}{factor}"] = None
     return [*(["understood:", *lines] if lines else []), "runs:", *(f"  {_describe_run(one)}" for one in prepared)]
+
+
+def describe_drives(prepared: Sequence[PreparedTable], answers: Answers) -> list[str]:
+    """Say of drives what has to be known of them before anything is known in N m.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    answers
+        What the user states.
+
+    Returns
+    -------
+    list of str
+        A line a joint with a voltage or a duty of which torque constant or resistance are not stated.
+    """
+    unknown = {"torque constant": answers.torque_constant, "resistance": answers.resistance}
+    missing = " and ".join(name for name, value in unknown.items() if value is None)
+    return [
+        f"joint {joint}: a {kind} without {missing} of the motor: masses and friction are known up to one common "
+        "factor; state them by --torque-constant and --resistance, or a known gravity in campaign.toml"
+        for joint, kind in sorted(_drives(prepared).items())
+        if missing
+    ]
 
 
 def _describe_run(one: PreparedTable) -> str:

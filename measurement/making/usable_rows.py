@@ -88,9 +88,8 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
     lost[0] = False
     words = [_counted(int(empty.sum()), "with empty cells"), _counted(int(repeats.sum()), "that repeat a time")]
     about = " and ".join(word for word in words if word)
-    return UsableTable(
-        table=replace(table, frame=table.frame.iloc[kept].reset_index(drop=True)), lost=lost, about=(f"without {about}",)
-    )
+    rows = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True))
+    return UsableTable(table=rows, lost=lost, about=(f"without {about}",))
 
 
 def _counted(rows: int, what: str) -> str:
@@ -166,6 +165,7 @@ def without_shared_rows(tables: Sequence[UsableTable]) -> list[UsableTable]:
     ----------
     tables
         Tables of one campaign, their columns named as in the campaign format.
+
     Returns
     -------
     list of UsableTable
@@ -189,7 +189,9 @@ def _less(later: UsableTable, earlier: UsableTable) -> UsableTable:
     if not THRESHOLDS.least_rows_of_table <= here.size < t.size:
         return later
     within = (t >= known[0]) & (t <= known[-1])
-    same = [np.array_equal(later.table.loosely(n)[here], earlier.table.loosely(n)[there], equal_nan=True) for n in names]
+    same = [
+        np.array_equal(later.table.loosely(n)[here], earlier.table.loosely(n)[there], equal_nan=True) for n in names
+    ]
     if within.sum() != here.size or not all(same):
         return later
     kept = np.setdiff1d(np.arange(t.size), here)
