@@ -15,8 +15,9 @@ from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
-from haptid.discrepancy.torque.rows import Mask, alternating, rests
-from haptid.identification.baseline.baseline import delay_of_torque
+from haptid.discrepancy.torque.rows import Mask, alternating, begun, rests
+from haptid.identification.baseline.baseline import fit_baseline
+from haptid.identification.fit.plain_guess import guess_along
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for, stated_parameters
@@ -87,8 +88,12 @@ class TorqueStudy:
 
     @property
     def moving(self) -> tuple[Mask, ...]:
-        """Whether each row counts, shape (n_t,) each."""
-        return tuple(~rest for rest in self.resting) or tuple(np.ones(run.t.size, dtype=bool) for run in self.runs)
+        """Whether each row counts, shape (n_t,) each.
+
+        The first rows do not, as the filter has no full surroundings there, and friction begins in an unknown state.
+        """
+        resting = self.resting or tuple(np.zeros(run.t.size, dtype=bool) for run in self.runs)
+        return tuple(~rest & begun(run) for rest, run in zip(resting, self.runs, strict=True))
 
     @property
     def fitted_rows(self) -> tuple[Mask, ...]:
@@ -256,7 +261,13 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     whole = [run.but(score_from=0) for run in (*runs, *sealed)]
     # One filter for all runs of the machine, the sealed ones too.
     # The torque of a drive is computed along the motion, without a delay.
-    delay = delay_of_torque([*fitted, *unseen]) if drive is None else 0.0
+    device = device_of(campaign)
+    plain = None
+    if drive is None:
+        plain = fit_baseline([*fitted, *unseen], device, fitted[0].posture, [1.0])
+        if device is None:
+            base = guess_along(base, plain, fitted, stated)
+    delay = 0.0 if plain is None else plain.delay_s
     both = torque_runs(whole, delay) if drive is None else drive.turn(whole)
     turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
