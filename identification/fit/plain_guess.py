@@ -114,7 +114,11 @@ def _unstated(equations: Equations, tail: str, k: int, stated: Collection[str]) 
     for row in law_named(equations.friction[k]).parameters:
         quantity = equations.parameter(f"{row.id}{tail}")
         default = ROWS[row.id]
-        at_default = (quantity.initial, quantity.lower, quantity.upper) == (default.initial, default.lower, default.upper)
+        at_default = (quantity.initial, quantity.lower, quantity.upper) == (
+            default.initial,
+            default.lower,
+            default.upper,
+        )
         if at_default and quantity.scale == "log" and not quantity.fixed and f"{row.id}{tail}" not in stated:
             found.append(row.id)
     return found

@@ -13,9 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.fit.multistart import fit
-from haptid.identification.fit.plain_guess import guess_along
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
@@ -37,7 +35,6 @@ def fit_torque(
     *,
     stated: Sequence[str] = (),
     delay: float = 0.0,
-    plain: Baseline | None = None,
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> Fit:
@@ -53,8 +50,6 @@ def fit_torque(
         Ids of the parameters that the user stated, which stay as they are.
     delay
         Delay of the recorded torque [s], as the plain model has it.
-    plain
-        The plain model of the runs, whose friction is the first guess; that of ``equations`` where None.
     options
         Choices of the fit; the observer gains are replaced by 0.
     workers
@@ -71,8 +66,7 @@ def fit_torque(
         Where no start gave a finite simulation.
     """
     options = (options or FitOptions()).but(gains=(0.0,))
-    guessed = guess_along(equations, plain, runs, stated)
-    simulator = TorqueSimulator.of(restrain_stribeck(guessed, runs, stated))
+    simulator = TorqueSimulator.of(restrain_stribeck(equations, runs, stated))
     turned = torque_runs(runs, delay)
     found = fit(simulator, turned, options=options, workers=workers)
     if found.basins[0].over_noise > options.tolerance:
