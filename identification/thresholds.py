@@ -23,6 +23,8 @@ class Thresholds:
     """Smallest observer gain [1/s], however slow the motion is."""
     largest_observer_gain_per_s: float = 60.0
     """Largest observer gain [1/s], however fast the motion is."""
+    most_starts_beside_plain_guess: int = 2
+    """Largest number of starts of several joints whose first guesses are the plain model's [1]."""
     most_starts_of_trial: int = 2
     """Largest number of starts of the fit through an observer that decides whether the torque is fitted [1]."""
 

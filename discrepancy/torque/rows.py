@@ -35,7 +35,7 @@ def alternating(rows: int) -> Mask:
 def begun(run: Run) -> Mask:
     """Return which rows of a turned run lie behind its begin, shape (n_t,).
 
-    At the begin the second pass of the filter has no full surroundings, and friction starts in a state that is not known.
+    At the begin the second pass of the filter has no full surroundings, and friction starts in an unknown state.
 
     Parameters
     ----------

@@ -264,7 +264,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     device = device_of(campaign)
     plain = None
     if drive is None:
-        plain = fit_baseline([*fitted, *unseen], device, fitted[0].posture, [1.0])
+        plain = fit_baseline([*fitted, *unseen], device, fitted[0].posture.tolist(), [1.0])
         if device is None:
             base = guess_along(base, plain, fitted, stated)
     delay = 0.0 if plain is None else plain.delay_s

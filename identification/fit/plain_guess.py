@@ -26,6 +26,7 @@ from haptid.model.device.stated_parameters import ROWS
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.law import Sliding
 from haptid.model.friction.registry import law_named
+from haptid.model.joint.coupled_joints import configuration_equations
 
 
 def guess_of_device(
@@ -64,6 +65,27 @@ def guess_of_device(
     if all(open_ones):
         changes |= _begin_at(equations, plain, stated)
     return equations.with_parameters(changes)
+
+
+def states_no_friction(device: Device, joints: Sequence[int], posture: Sequence[float]) -> bool:
+    """Whether a device leaves the friction of all free joints open, so that their runs tell the first guess.
+
+    Parameters
+    ----------
+    device
+        The device.
+    joints
+        Numbers of the free joints.
+    posture
+        Positions of the locked joints [rad], shape (n_q,); may be empty.
+
+    Returns
+    -------
+    bool
+    """
+    equations = configuration_equations(device, joints, posture or None)
+    tails = [f"_{j}" if len(joints) > 1 else "" for j in joints]
+    return all(_unstated(equations, tail, k, ()) for k, tail in enumerate(tails))
 
 
 def guess_along(
@@ -159,7 +181,7 @@ def _around(value: float) -> dict[str, object]:
 
 
 def _begin_at(equations: Equations, plain: Baseline, stated: Collection[str]) -> dict[str, dict[str, object]]:
-    """Return inertial coefficients of the plain model as first guesses, within the bounds that the device gives them."""
+    """Return inertial coefficients of the plain model as first guesses, within the device's bounds."""
     changes: dict[str, dict[str, object]] = {}
     known = dict(zip(plain.regressor.ids[: plain.regressor.n_rigid], plain.estimate.theta.tolist(), strict=False))
     for quantity in equations.parameters:

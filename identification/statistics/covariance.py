@@ -21,6 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import oaconvolve
 
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.problem.valleys import Valleys
@@ -187,14 +188,14 @@ def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     rows = min(r.shape[0] for r in plain)
     c = autocovariance(plain, max(int(THRESHOLDS.longest_lag_over_rows * rows), 1))
     weights = _window(c, sum(r.size for r in plain)) * c[: _window(c, sum(r.size for r in plain)).size]
+    kernel = np.concatenate([weights[:0:-1], weights])[:, None]
     meat = np.zeros((n, n))
     for J, root in zip(blocks.jacobians or (), roots, strict=True):
         for k in range(J.shape[1]):
             g = J[:, k] * root
-            meat += weights[0] * g.T @ g
-            for lag in range(1, weights.size):
-                cross = g[lag:].T @ g[:-lag]
-                meat += weights[lag] * (cross + cross.T)
+            # Σ_l w_l·Σ_t (g_{t+l}ᵀ·g_t + g_tᵀ·g_{t+l}) is gᵀ·K·g with the Toeplitz matrix K of w: one convolution.
+            meat += g.T @ oaconvolve(g, kernel, mode="same", axes=0)
+    meat = (meat + meat.T) / 2.0
     # Rounding and the estimated c(l) may give slightly negative eigenvalues, which a covariance cannot have.
     values, vectors = np.linalg.eigh(meat)
     meat = (vectors * np.maximum(values, 0.0)) @ vectors.T

@@ -1,4 +1,4 @@
-"""An arm that is held between its motions, with friction that turns at once: rests do not count, presliding gets stiff."""
+"""An arm that is held between motions, with friction that turns at once: rests do not count, presliding gets stiff."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROW = 25
 
 
 def held_arm(targets: tuple[float, ...], seed: int) -> pd.DataFrame:
-    """Simulate a PD-controlled arm with dry friction that truly sticks: each target is ramped to, and held for 1.5 s."""
+    """Simulate a PD-controlled arm with dry friction that sticks: each target is ramped to, and held."""
     rng, rows = np.random.default_rng(seed), []
     q = v = goal = 0.0
     for k in range(int(2.5 / STEP_S) * len(targets)):

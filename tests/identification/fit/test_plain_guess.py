@@ -34,7 +34,7 @@ T = np.arange(0.0, 12.0, 0.004)
 
 
 def run(seed: int) -> pd.DataFrame:
-    """Return a multisine of both joints with the torque that it needs: planar dynamics, Coulomb and viscous friction."""
+    """Return a multisine of both joints with the torque that it needs, dry and viscous friction included."""
     rng = np.random.default_rng(seed)
     w = 2.0 * np.pi * np.array([0.1, 0.3, 0.7])
     size, phase = rng.uniform(0.2, 0.6, (2, 3)), rng.uniform(0.0, 6.0, (2, 3))
