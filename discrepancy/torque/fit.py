@@ -103,7 +103,9 @@ class TorqueFit:
         inverse, size = scaled_covariance(J)
         # The residual under position control is larger than the noise and correlated, so the errors grow by both.
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
-        return np.asarray(scale**2 * inverse / np.outer(size, size))
+        # What moves no torque gets no error from it: divided by an infinite size it stays where it is in draws.
+        moved = np.where(size > np.sqrt(np.finfo(float).tiny), size, np.inf)
+        return np.asarray(scale**2 * inverse / np.outer(moved, moved))
 
     @property
     def std(self) -> dict[str, float]:

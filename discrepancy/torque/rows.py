@@ -32,25 +32,6 @@ def alternating(rows: int) -> Mask:
     return np.asarray(stretch % THRESHOLDS.torque.stretches_per_held_out_one != last)
 
 
-def begun(run: Run) -> Mask:
-    """Return which rows of a turned run lie behind its begin, shape (n_t,).
-
-    At the begin the second pass of the filter has no full surroundings, and friction starts in an unknown state.
-
-    Parameters
-    ----------
-    run
-        Run with the width of its filter in ``extra``.
-
-    Returns
-    -------
-    ndarray of bool, shape (n_t,)
-        False for as many rows as the filter reaches.
-    """
-    reach = MEASUREMENT.filter_reach_in_widths * float(run.extra[WIDTH][0])
-    return np.arange(run.t.size) >= reach
-
-
 def rests(run: Run) -> Mask:
     """Return which rows of a turned run are at rest, shape (n_t,).
 

@@ -15,7 +15,7 @@ from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
-from haptid.discrepancy.torque.rows import Mask, alternating, begun, rests
+from haptid.discrepancy.torque.rows import Mask, alternating, rests
 from haptid.identification.baseline.baseline import fit_baseline
 from haptid.identification.fit.plain_guess import guess_along
 from haptid.identification.fit.torque_fit import restrain_stribeck
@@ -88,12 +88,8 @@ class TorqueStudy:
 
     @property
     def moving(self) -> tuple[Mask, ...]:
-        """Whether each row counts, shape (n_t,) each.
-
-        The first rows do not, as the filter has no full surroundings there, and friction begins in an unknown state.
-        """
-        resting = self.resting or tuple(np.zeros(run.t.size, dtype=bool) for run in self.runs)
-        return tuple(~rest & begun(run) for rest, run in zip(resting, self.runs, strict=True))
+        """Whether each row counts, shape (n_t,) each."""
+        return tuple(~rest for rest in self.resting) or tuple(np.ones(run.t.size, dtype=bool) for run in self.runs)
 
     @property
     def fitted_rows(self) -> tuple[Mask, ...]:

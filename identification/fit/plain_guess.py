@@ -108,7 +108,9 @@ def guess_along(
     -------
     Equations
     """
-    if plain is None:
+    coulomb = law_named(equations.friction[0]).roles.coulomb
+    # The larger guess counts: stiction is bounded by a multiple of it, and too low a bound holds all friction down.
+    if plain is None or plain.of_joint("Fc", 0) <= equations.parameter(coulomb).initial:
         return equations
     rows = [equations.parameter(row.id) for row in law_named(equations.friction[0]).parameters]
     own = [q.id for q in rows if q.scale == "log" and not q.fixed and q.id not in stated]

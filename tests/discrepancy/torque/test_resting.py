@@ -73,12 +73,6 @@ def test_friction_of_ramps_at_one_speed_is_guessed_by_the_plain_model(study: Tor
     assert study.base.parameter("Fs").upper > COULOMB
 
 
-def test_the_begin_of_a_run_does_not_count(study: TorqueStudy):
-    fitted = fit_nominal(study, starts=1, seed=0)
-    assert all(not moving[0] for moving in study.moving)
-    assert rms(fitted.unseen) < 1.5 * rms(fitted.fitted)
-
-
 def test_a_stated_stiffness_keeps_its_range(study: TorqueStudy):
     soft = COULOMB / 5e-3
     narrow = study.base.with_parameters({"sigma0": {"initial": soft / 2, "upper": soft}})
