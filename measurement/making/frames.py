@@ -60,7 +60,7 @@ def campaign_from_frames(
         device=answers.device if loaded is None else loaded,
         closed=frozenset(int(joint) for joint, table in joints.items() if "controller" in table),
     )
-    prepared = prepare_tables([table_of(name, frame) for name, frame in frames.items()], known)
+    prepared = prepare_tables([table_of(name, frame) for name, frame in frames.items()], known, mend=False)
     content = describe_campaign(prepared, answers, device)
     if joints:
         content["joint"] = _with_statements(content.get("joint", {}), joints)

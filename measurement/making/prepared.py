@@ -78,7 +78,7 @@ class PreparedTable:
     about: tuple[str, ...] = ()
 
 
-def prepare_tables(tables: Sequence[Table], answers: Answers) -> list[PreparedTable]:
+def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = True) -> list[PreparedTable]:
     """Bring the tables of a campaign into its format, and see which joints move.
 
     Parameters
@@ -87,6 +87,9 @@ def prepare_tables(tables: Sequence[Table], answers: Answers) -> list[PreparedTa
         The user's tables, their cells as text or as numbers.
     answers
         What the user states.
+    mend
+        Whether rows that cannot be used are left out, and positions counted on where they wrap. What a program hands on
+        is not mended, as nobody would read that it was.
 
     Returns
     -------
@@ -100,7 +103,11 @@ def prepare_tables(tables: Sequence[Table], answers: Answers) -> list[PreparedTa
     """
     understood = [understand_columns(table.columns, answers.stated, answers.resolution) for table in tables]
     understood = _counted_from_zero(tables, understood, answers)
-    named = [_named(table, targets, answers) for table, targets in zip(tables, understood, strict=True)]
+    named = [_named(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)]
+    if not mend:
+        uses = ["validate" if table.file_name in answers.validate else "fit" for table in tables]
+        rows = zip(named, understood, uses, strict=True)
+        return [_prepare(usable, targets, answers, use=use) for usable, targets, use in rows]
     prepared = []
     for table, targets, usable in zip(tables, understood, without_shared_rows(named), strict=True):
         use = "validate" if table.file_name in answers.validate else "fit"
@@ -138,12 +145,12 @@ def _one_less(found: re.Match[str]) -> str:
     return f"_{int(found.group(1)) - 1}"
 
 
-def _named(table: Table, targets: dict[str, Target], answers: Answers) -> UsableTable:
+def _named(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:
     """Return a table with the columns of the campaign format and without rows that cannot be used."""
     names = {column: targets[column].name if column in targets else column for column in table.columns}
     needed = [column for column, name in names.items() if _is_needed(name)]
     time = next((column for column, name in names.items() if name == "time_s"), "time_s")
-    usable = usable_rows(table, needed, time)
+    usable = usable_rows(table, needed if mend else (), time)
     frame = map_columns(usable.table, targets)
     free_joints(list(frame.columns), str(table.path), answers.free, answers.closed)
     return replace(usable, table=replace(usable.table, frame=frame))
