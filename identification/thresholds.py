@@ -23,6 +23,8 @@ class Thresholds:
     """Smallest observer gain [1/s], however slow the motion is."""
     largest_observer_gain_per_s: float = 60.0
     """Largest observer gain [1/s], however fast the motion is."""
+    most_starts_beside_plain_guess: int = 2
+    """Largest number of starts of several joints whose first guesses are the plain model's [1]."""
     most_starts_of_trial: int = 2
     """Largest number of starts of the fit through an observer that decides whether the torque is fitted [1]."""
 
@@ -100,6 +102,8 @@ class Thresholds:
     """Range of positions [rad] above which the first guess distinguishes gravity from a spring."""
     bounds_over_guess: float = 100.0
     """Factor [1] of a positive parameter's first guess to its bounds on either side."""
+    least_friction_guess_over_torque: float = 1e-3
+    """Least first guess of a joint's friction over its largest torque [1], where the plain model finds none."""
     most_widenings_of_bounds: int = 3
     """Largest number of times that ranges which haptid chose are widened [1]: three times a hundredfold."""
     widening_of_linear_range: float = 4.0

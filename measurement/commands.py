@@ -64,7 +64,9 @@ def check(**settings: Any) -> Any:
 @click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
 @click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
 @click.option("--torque-constant", type=float, default=None, metavar="N m/A",
-              help="Torque of an ampere (N/A where a joint slides), where a current was recorded.")  # fmt: skip
+              help="Torque of an ampere (N/A of a slide), of a recorded current or voltage.")  # fmt: skip
+@click.option("--resistance", type=float, default=None, metavar="OHM",
+              help="Resistance of the motor's winding, where a voltage or a duty was recorded.")  # fmt: skip
 @click.option(
     "--validate",
     multiple=True,
@@ -77,14 +79,15 @@ def check(**settings: Any) -> Any:
 @exit_codes
 @json_option
 def init(**settings: Any) -> Any:
-    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each, or from recordings.
+    """Make a campaign from the CSV, text or Parquet tables in FOLDER, one run each, or from recordings.
 
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
 
     Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
     converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,
     rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there. CSV files may
-    have semicolons or tabs, decimal commas, and lines before the header.
+    have semicolons or tabs, decimal commas, and lines before the header; texts (.txt, .tsv, .dat) tabs or blanks. Rows
+    with empty cells or a repeated time are left out, and a run is cut where more than two in a row are missing.
 
     Recordings are read where FOLDER has no tables: MATLAB (.mat; of version 7.3 by the extra 'matlab'), logs of BAM
     (.json), joint states of ROS in MCAP (.mcap, extra 'mcap') and in bags of ROS 1 (.bag) and ROS 2 (.db3, extra

@@ -16,14 +16,15 @@ from haptid.measurement.commands import init as main
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
-from haptid.measurement.making.logged_table import read_logged_table
+from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.prepared import (
     PreparedTable,
     current_constants,
     describe,
     describe_campaign,
-    prepare_table,
+    describe_drives,
+    prepare_tables,
 )
 from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step
 from haptid.measurement.making.units_in_names import in_counts
@@ -67,7 +68,7 @@ def make_campaign(
     refuse_overwrite(out)
     tables, layouts = _tables(folder)
     answers = _answers(folder, tables, dict(flags), parse_map(maps))
-    prepared = [prepare_table(table, answers) for table in tables]
+    prepared = prepare_tables(tables, answers)
     answers = _with_constant(answers, prepared)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
@@ -79,9 +80,10 @@ def make_campaign(
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
-    click.echo("\n".join([*layouts, *describe(prepared)]))
+    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
+    device = campaign.device.replace(str(inner), str(out))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
-    about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
+    about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {device}"
     click.echo(f"wrote {out}: {about}")
     click.echo(f"next: {word_command('check', 'measurement.check')} {out}")
     understood = {
@@ -90,7 +92,7 @@ def make_campaign(
         for column, target in one.targets.items()
     }
     runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
-    head = {"campaign": str(out), "title": campaign.title, "device": campaign.device, "measured": campaign.measured}
+    head = {"campaign": str(out), "title": campaign.title, "device": device, "measured": campaign.measured}
     return {**head, "understood": understood, "runs": runs}
 
 
@@ -99,9 +101,8 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
     try:
         return read_campaign(draft)
     except InputError as error:
-        raise InputError(
-            error.where.replace(str(draft), str(folder)), expected=error.expected, got=error.got, todo=error.todo
-        ) from None
+        where, expected = (words.replace(str(draft), str(folder)) for words in (error.where, error.expected))
+        raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
 
 
 def _tables(folder: Path) -> tuple[list[Table], list[str]]:
@@ -109,6 +110,9 @@ def _tables(folder: Path) -> tuple[list[Table], list[str]]:
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
+    if not paths:
+        # A text of any name may be a table, or notes beside recordings.
+        paths = sorted(path for path in folder.iterdir() if path.name.endswith(TEXTS) and is_table(path))
     if not paths:
         return _recordings(folder)
     read = [read_logged_table(path) for path in paths]
@@ -128,7 +132,15 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
     """Return the runs of a folder without tables, and a line on each that says more than its columns."""
     read = recordings_in(folder)
     if not read:
-        expected = f"tables that end in {', '.join((*SUFFIXES, *KINDS))}"
+        expected = f"tables that end in {', '.join((*SUFFIXES, *TEXTS, *KINDS))}"
+        texts = sorted(path.name for path in folder.iterdir() if path.name.endswith(TEXTS))
+        if texts:
+            todo = (
+                "write a line with the names and units of the columns before the rows, as in 'time_s torque_Nm q_rad'"
+            )
+            raise InputError(
+                str(folder / texts[0]), expected="a table", got="no line of names above numbers", todo=todo
+            )
         raise InputError(str(folder), expected=expected, got="none")
     names = [one.table.file_name for one in read]
     for name in names:
@@ -152,6 +164,8 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
     constant = flags["torque_constant"]
     if constant is not None and not 0.0 < abs(constant) < float("inf"):
         raise InputError("--torque-constant", expected="a number of N m/A or N/A, not 0", got=f"{constant:g}")
+    if flags["resistance"] is not None and not 0.0 < flags["resistance"] < float("inf"):
+        raise InputError("--resistance", expected="a number of ohms above 0", got=f"{flags['resistance']:g}")
     for name in ("noise", "resolution"):
         if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
             where = f"--{name}"
@@ -167,6 +181,7 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
         free=parse_joints(flags["free"], "--free"),
         stated=stated,
         torque_constant=constant,
+        resistance=flags["resistance"],
     )
 
 

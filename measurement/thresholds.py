@@ -30,6 +30,20 @@ class Thresholds:
     """Size over the size of its file [1] that a larger table may unpack to. Measured tables pack to between a third and
     a twentieth of their size; a larger ratio is made to fill the memory."""
 
+    # Rows of a logger's table that make no run.
+    largest_share_of_rows_left_out: float = 0.2
+    """Share of a table's rows that may be left out for empty cells or repeated times [1]; beyond it the table is of
+    another kind, as signals of two rates in one table, and is refused."""
+    longest_gap_in_run_rows: float = 3.5
+    """Longest time over the usual row interval [1] across which a run goes on where rows are missing: the torque of two
+    missing rows is held, that of more is not known."""
+    least_rows_of_part: int = 50
+    """Fewest rows of a part between two gaps that becomes a run [1], as many as show the noise."""
+    least_share_of_part: float = 0.02
+    """Share of its table's rows [1] below which a part between two gaps is too short to show anything."""
+    largest_step_at_wrap: float = 3.0
+    """Largest motion in the row in which a counter wraps, over that of the fastest other row [1]."""
+
     # Keys of campaign.toml: ranges beyond any device.
     smallest_noise_or_step: float = 1e-15
     """Smallest noise or step of a position sensor [rad]."""

@@ -15,8 +15,11 @@ from haptid.identification.baseline.least_squares import correlation_length
 from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
+from haptid.identification.statistics.identifiability import on_bound
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
+from haptid.model.friction.registry import law_named
 from haptid.support.errors import NumericalError
 from haptid.support.linear_algebra import scaled_covariance
 from haptid.support.processes.threads import map_threads
@@ -100,7 +103,9 @@ class TorqueFit:
         inverse, size = scaled_covariance(J)
         # The residual under position control is larger than the noise and correlated, so the errors grow by both.
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
-        return np.asarray(scale**2 * inverse / np.outer(size, size))
+        # What moves no torque gets no error from it: divided by an infinite size it stays where it is in draws.
+        moved = np.where(size > np.sqrt(np.finfo(float).tiny), size, np.inf)
+        return np.asarray(scale**2 * inverse / np.outer(moved, moved))
 
     @property
     def std(self) -> dict[str, float]:
@@ -153,6 +158,56 @@ def rms(values: Array) -> float:
         In the unit of ``values``; NaN for none.
     """
     return float(np.sqrt(np.mean(values**2)))
+
+
+def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
+    """Fit the nominal model, with presliding as stiff as the torque asks for.
+
+    The largest stiffness in presliding is a guess from the travel. A joint whose friction turns within less than that
+    would show, at every reversal, a gap that is none of the joint's.
+
+    Parameters
+    ----------
+    study
+        Study with its fitted rows.
+    starts
+        Number of starts, the further ones by a Sobol sequence.
+    seed
+        Seed of the starts.
+
+    Returns
+    -------
+    TorqueFit
+        Optimum of least cost; its study has the range of the stiffness that it was found in.
+
+    Raises
+    ------
+    NumericalError
+        If no start gives a finite torque.
+    """
+    found = fit_model(study, starts=starts, seed=seed)
+    stiffness = law_named(study.base.friction[0]).roles.stiffness
+    for _ in range(IDENTIFICATION.most_widenings_of_bounds):
+        if stiffness in study.stated or not _is_at_upper_bound(found, stiffness):
+            return found
+        wider = IDENTIFICATION.bounds_over_guess * study.base.parameter(stiffness).upper
+        study = replace(study, base=study.base.with_parameters({stiffness: {"upper": wider}}))
+        again = fit_model(study, start=found.values)
+        # The energy is what is minimised, but for priors that a stiffness has none of.
+        if rms(again.fitted) >= (1.0 - THRESHOLDS.torque.least_decrease_of_cost) * rms(found.fitted):
+            return found
+        found = again
+    return found
+
+
+def _is_at_upper_bound(found: TorqueFit, id: str) -> bool:
+    """Whether a parameter was fitted and ended at the upper end of its range."""
+    parametrisation = found.problem.parametrisation
+    if id not in parametrisation.ids:
+        return False
+    at = parametrisation.ids.index(id)
+    s = parametrisation.to_coordinates(found.theta)
+    return bool(on_bound(parametrisation, s)[at]) and found.values[id] > found.study.base.parameter(id).initial
 
 
 def fit_model(

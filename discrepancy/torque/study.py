@@ -16,7 +16,8 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
 from haptid.discrepancy.torque.rows import Mask, alternating, rests
-from haptid.identification.baseline.baseline import delay_of_torque
+from haptid.identification.baseline.baseline import fit_baseline
+from haptid.identification.fit.plain_guess import guess_along
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for, stated_parameters
@@ -61,11 +62,13 @@ class TorqueStudy:
         The fitted and held-out runs as they were recorded; empty where the study was not made from a campaign.
     resting
         Whether the joint rests at each row, shape (n_t,) each: friction holds it there with any torque up to its level,
-        so that the motion does not tell the torque. Empty where every row counts.
+        whoever made the torque, so that the motion does not tell it. Empty where every row counts.
     sealed
         Runs, turned alike, that take part in no choice (`discrepancy.study.sealed`).
     delay
         Delay of the recorded torque that the plain model finds [s], which ``runs`` have behind them; 0 without one.
+    stated
+        Ids of the parameters that the user stated, whose ranges stay as they are.
     threads
         Number of threads that fit and scan side by side; the results do not depend on it.
     """
@@ -80,6 +83,7 @@ class TorqueStudy:
     resting: tuple[Mask, ...] = ()
     sealed: tuple[Run, ...] = ()
     delay: float = 0.0
+    stated: tuple[str, ...] = ()
     threads: int = 1
 
     @property
@@ -253,7 +257,13 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     whole = [run.but(score_from=0) for run in (*runs, *sealed)]
     # One filter for all runs of the machine, the sealed ones too.
     # The torque of a drive is computed along the motion, without a delay.
-    delay = delay_of_torque([*fitted, *unseen]) if drive is None else 0.0
+    device = device_of(campaign)
+    plain = None
+    if drive is None:
+        plain = fit_baseline([*fitted, *unseen], device, fitted[0].posture.tolist(), [1.0])
+        if device is None:
+            base = guess_along(base, plain, fitted, stated)
+    delay = 0.0 if plain is None else plain.delay_s
     both = torque_runs(whole, delay) if drive is None else drive.turn(whole)
     turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
@@ -265,9 +275,10 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         prismatic=slides,
         drive=drive,
         recorded=(*fitted, *unseen),
-        resting=() if drive is None else tuple(rests(run) for run in turned),
+        resting=tuple(rests(run) for run in turned),
         sealed=kept,
         delay=delay,
+        stated=tuple(stated),
         threads=threads,
     )
 

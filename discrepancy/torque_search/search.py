@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, fit_model, rms
+from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal, rms
 from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
@@ -110,7 +110,8 @@ def search_torque(
         If no start of a fit gives a finite torque.
     """
     tell("base fit")
-    base = fit_model(study, starts=starts, seed=seed)
+    base = fit_nominal(study, starts=starts, seed=seed)
+    study = base.study
     scales = study.scales(base.values)
     known = {key: effect.at(scales) for key, effect in entries.items()}
     current, steps = base, []

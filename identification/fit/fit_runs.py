@@ -84,6 +84,8 @@ class JointTest:
         Ids of the parameters that the user stated.
     threads
         Threads that simulate the runs of `compare` side by side; the result does not depend on their number.
+    guessed
+        Whether the first guesses are those of the plain model of these runs, and not those of a device.
     """
 
     equations: Equations
@@ -93,6 +95,7 @@ class JointTest:
     posture: tuple[float, ...] = ()
     stated: tuple[str, ...] = ()
     threads: int = 1
+    guessed: bool = False
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -165,6 +168,9 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
         Where no start gave a finite simulation.
     """
     options = options or FitOptions()
+    if test.guessed:
+        # Least squares have found the basin; starts around it would each run for as long as the first.
+        options = options.but(starts=min(options.starts, THRESHOLDS.most_starts_beside_plain_guess))
     drive = test.equations.drive
     if drive is not None and drive.is_closed:
         return _fit_closed(test, options, workers)

@@ -1,6 +1,7 @@
 """The equations of one configuration: `Campaign` and `Device` in, `Equations` out, with the campaign's entries.
 
-First guesses come from the device, or from the data of a single joint.
+First guesses come from the device, or from the data of a single joint; friction that a device does not state
+comes from the data, too.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from contextlib import contextmanager
 
 from haptid.identification.fit.driven_guess import guess_drive, with_torques
 from haptid.identification.fit.initial_guess import guess
+from haptid.identification.fit.plain_guess import guess_of_device
 from haptid.identification.result.outcome import NoStartError
 from haptid.measurement.checks.stated import Overrides, overridden, places
 from haptid.measurement.values.campaign import Campaign
@@ -60,6 +62,8 @@ def equations_for(
         posture = tuple(float(x) for x in runs[0].posture)
     drive = campaign.drives.get(joints[0]) if len(joints) == 1 else None
     equations = configuration_equations(device, joints, posture, drive=drive)
+    if drive is None:
+        equations = guess_of_device(equations, runs, device, posture or (), stated_parameters(campaign, joints))
     if len(joints) == 1:
         return overridden(equations, given[joints[0]], joints[0], where=places(campaign, joints[0]))
     for j in joints:

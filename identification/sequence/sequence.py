@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
+from haptid.identification.fit.plain_guess import states_no_friction
 from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
@@ -152,6 +153,9 @@ class Sequence:
             posture=configuration.posture,
             stated=stated_parameters(self.campaign, configuration.free_joints),
             threads=self.options.workers,
+            guessed=self.device is not None
+            and len(configuration.free_joints) > 1
+            and states_no_friction(self.device, configuration.free_joints, configuration.posture),
         )
 
 

@@ -21,6 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import oaconvolve
 
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.problem.valleys import Valleys
@@ -168,6 +169,27 @@ def autocovariance(residuals: tuple[Array, ...], longest: int) -> Array:
     return np.asarray(total / count)
 
 
+def sum_over_lags(g: Array, weights: Array) -> Array:
+    """Sum the products of rows that lie a lag apart, each lag with its weight.
+
+    Parameters
+    ----------
+    g
+        Rows, shape (n_t, n).
+    weights
+        Weight w_l of the lags l = 0 … L, shape (L + 1,).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        w_0·Σ_t g_t·g_tᵀ + Σ_l w_l·Σ_t (g_{t+l}·g_tᵀ + g_t·g_{t+l}ᵀ), which is GᵀKG with the Toeplitz matrix K of w: one
+        convolution along the rows in place of a product for every lag.
+    """
+    kernel = np.concatenate([weights[:0:-1], weights])[:, None]
+    total = g.T @ oaconvolve(g, kernel, mode="same", axes=0)
+    return np.asarray((total + total.T) / 2.0)
+
+
 def _window(c: Array, rows: int) -> Array:
     """Return Bartlett's weights up to twice the lag at which the correlation enters its own scatter."""
     # The scatter of an estimated correlation of white residuals is 1/√rows; two of these count as 0.
@@ -191,10 +213,7 @@ def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     for J, root in zip(blocks.jacobians or (), roots, strict=True):
         for k in range(J.shape[1]):
             g = J[:, k] * root
-            meat += weights[0] * g.T @ g
-            for lag in range(1, weights.size):
-                cross = g[lag:].T @ g[:-lag]
-                meat += weights[lag] * (cross + cross.T)
+            meat += sum_over_lags(g, weights)
     # Rounding and the estimated c(l) may give slightly negative eigenvalues, which a covariance cannot have.
     values, vectors = np.linalg.eigh(meat)
     meat = (vectors * np.maximum(values, 0.0)) @ vectors.T

@@ -42,8 +42,10 @@ class Answers:
     closed
         Joints whose controller the user states.
     torque_constant
-        Torque of an ampere [N m/A] ([N/A] where a joint slides), of the joints whose current was recorded in place of
-        the torque; None where it is not stated.
+        Torque of an ampere [N m/A] ([N/A] where a joint slides), of the joints whose current, voltage or duty was
+        recorded in place of the torque; None where it is not stated.
+    resistance
+        Resistance of the winding [ohm], of the joints whose voltage or duty was recorded; None where it is not stated.
     """
 
     title: str
@@ -57,6 +59,7 @@ class Answers:
     stated: Mapping[str, Target]
     closed: frozenset[int] = frozenset()
     torque_constant: float | None = None
+    resistance: float | None = None
 
 
 def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
@@ -79,14 +82,24 @@ def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...
     InputError
         Where a pattern selects none.
     """
+    chosen: set[str] = set()
     for pattern in patterns:
-        if not any(_fits(name, pattern) for name in names):
+        fitting = {name for name in names if _fits(name, pattern)}
+        # The run of sweep.mat is sweep.csv in the campaign; the user knows the name of the recording.
+        fitting = fitting or {name for name in names if _fits(_stem(name), _stem(pattern))}
+        if not fitting:
             raise InputError("--validate", expected=f"one of {', '.join(sorted(names))}", got=pattern)
-    return tuple(name for name in names if any(_fits(name, pattern) for pattern in patterns))
+        chosen |= fitting
+    return tuple(name for name in names if name in chosen)
 
 
 def _fits(name: str, pattern: str) -> bool:
     return name == pattern or fnmatchcase(name, pattern)
+
+
+def _stem(name: str) -> str:
+    """Return a name without the end that tells the kind of file."""
+    return Path(name).stem.removesuffix(".csv")
 
 
 def find_device(device: str, folder: Path) -> str:

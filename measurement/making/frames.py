@@ -13,7 +13,7 @@ from haptid.measurement.format.devices import SUFFIXES
 from haptid.measurement.format.reading import campaign_from
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.prepared import describe_campaign, prepare_table
+from haptid.measurement.making.prepared import describe_campaign, prepare_tables
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
@@ -60,7 +60,7 @@ def campaign_from_frames(
         device=answers.device if loaded is None else loaded,
         closed=frozenset(int(joint) for joint, table in joints.items() if "controller" in table),
     )
-    prepared = [prepare_table(table_of(name, frame), known) for name, frame in frames.items()]
+    prepared = prepare_tables([table_of(name, frame) for name, frame in frames.items()], known, mend=False)
     content = describe_campaign(prepared, answers, device)
     if joints:
         content["joint"] = _with_statements(content.get("joint", {}), joints)

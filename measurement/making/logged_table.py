@@ -14,11 +14,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from haptid.measurement.tables.table import Table, read_table
+from haptid.measurement.tables.table import OTHER_TEXT_SUFFIXES, Table, read_table
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+BLANKS = " "
+"""Separator of a text whose columns are set apart by blanks, as NumPy and MATLAB write them."""
+TEXTS = OTHER_TEXT_SUFFIXES
+"""Ends of texts that may be tables."""
+NAME_IN_BLANKS = re.compile(r"\S+(?:\s?(?:\[[^\]]*\]|\([^)]*\)))?")
+"""A name between blanks, with its unit in brackets."""
 NUMBER = re.compile(r"\s*[+-]?((\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?|nan|inf)\s*", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 MOST_LINES_BEFORE_HEADER = 100
@@ -58,7 +64,7 @@ class Layout:
         spare = self.header - self.units
         before = f"{spare} line{'s' * (spare > 1)} before the header"
         parts = [
-            SEPARATORS[self.separator] if self.separator != "," else "",
+            SEPARATORS.get(self.separator, "blanks") if self.separator != "," else "",
             "decimal commas" if self.decimal_comma else "",
             before if spare else "",
             "a line of units" if self.units else "",
@@ -73,7 +79,8 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     Parameters
     ----------
     path
-        File that ends in ``.csv``, ``.csv.gz`` or ``.parquet``; only the first may have another layout.
+        File that ends in ``.csv``, ``.csv.gz``, ``.parquet`` or as a text; the first and the last may have another
+        layout.
 
     Returns
     -------
@@ -87,24 +94,40 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     InputError
         As `read_table`.
     """
-    if path.suffix != ".csv":
+    is_text = path.name.endswith(TEXTS)
+    if path.suffix != ".csv" and not is_text:
         return read_table(path, as_text=True), ""
     content = read_content(path, "a table of a run")
     text = _decode(content)
     lines = text.splitlines()
-    layout = find_layout(lines)
-    if layout is None or (not layout.words and text == content.decode("utf-8-sig", errors="ignore")):
+    layout = find_layout(lines, blanks=is_text)
+    if layout is None or (not is_text and not layout.words and text == content.decode("utf-8-sig", errors="ignore")):
         return read_table(path, as_text=True), ""
     rewritten = _rewrite(lines, layout)
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / path.name
+        copy = Path(folder) / f"{path.stem}.csv"
         copy.write_text(rewritten, encoding="utf-8")
         try:
             table = read_table(copy, as_text=True)
         except InputError as error:
             where = error.where.replace(str(copy), str(path))
             raise InputError(where, expected=error.expected, got=error.got, todo=error.todo) from None
-    return replace(table, path=path, lines_before=layout.header), layout.words
+    return replace(table, path=path, lines_before=layout.header, file=copy.name if is_text else ""), layout.words
+
+
+def is_table(path: Path) -> bool:
+    """Whether a text holds a table: a line of names with rows of as many numbers below it.
+
+    Parameters
+    ----------
+    path
+        File that ends as a text.
+
+    Returns
+    -------
+    bool
+    """
+    return find_layout(_decode(read_content(path, "a text")).splitlines(), blanks=True) is not None
 
 
 def _decode(content: bytes) -> str:
@@ -115,13 +138,15 @@ def _decode(content: bytes) -> str:
         return content.decode("cp1252", errors="replace")
 
 
-def find_layout(lines: Sequence[str]) -> Layout | None:
+def find_layout(lines: Sequence[str], *, blanks: bool = False) -> Layout | None:
     """Find header, separator and decimal sign: a line of names with rows of as many numbers below it.
 
     Parameters
     ----------
     lines
         Lines of the file.
+    blanks
+        Whether blanks may set columns apart.
 
     Returns
     -------
@@ -129,7 +154,7 @@ def find_layout(lines: Sequence[str]) -> Layout | None:
         None where no line is certain to be the header.
     """
     for header in range(min(len(lines), MOST_LINES_BEFORE_HEADER)):
-        for separator in SEPARATORS:
+        for separator in (*SEPARATORS, *(BLANKS if blanks else "")):
             layout = _layout_at(lines, header, separator)
             if layout is not None:
                 return layout
@@ -138,13 +163,13 @@ def find_layout(lines: Sequence[str]) -> Layout | None:
 
 def _layout_at(lines: Sequence[str], header: int, separator: str) -> Layout | None:
     """Return the layout where line ``header`` is the header with this separator."""
-    names = _cells(lines[header].lstrip("#% "), separator)
+    names = _names(lines[header], separator)
     rows = [_cells(line, separator) for line in lines[header + 1 : header + 1 + ROWS_THAT_SHOW_LAYOUT]]
     if len(names) < FEWEST_COLUMNS or len(rows) < ROWS_THAT_SHOW_LAYOUT or _numbers_in(names):
         return None
     if any(len(row) != len(names) or _numbers_in(row) < FEWEST_COLUMNS for row in rows):
         return None
-    before = _cells(lines[header - 1].lstrip("#% "), separator) if header else []
+    before = _names(lines[header - 1], separator) if header else []
     cells = [cell for row in rows for cell in row]
     return Layout(
         separator=separator,
@@ -159,7 +184,15 @@ def _numbers_in(cells: Sequence[str]) -> int:
     return sum(NUMBER.fullmatch(cell) is not None for cell in cells)
 
 
+def _names(line: str, separator: str) -> list[str]:
+    """Return the cells of a header; between blanks a unit in brackets belongs to the name before it."""
+    text = line.lstrip("#% ")
+    return NAME_IN_BLANKS.findall(text) if separator == BLANKS else _cells(text, separator)
+
+
 def _cells(line: str, separator: str) -> list[str]:
+    if separator == BLANKS:
+        return line.split()
     return next(csv.reader([line], delimiter=separator), [])
 
 
@@ -167,9 +200,9 @@ def _rewrite(lines: Sequence[str], layout: Layout) -> str:
     """Return header and rows with commas and decimal points; a unit stands behind its name."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    names = _cells(lines[layout.header].lstrip("#% "), layout.separator)
+    names = _names(lines[layout.header], layout.separator)
     if layout.units:
-        first = _cells(lines[layout.header - 1].lstrip("#% "), layout.separator)
+        first = _names(lines[layout.header - 1], layout.separator)
         names = [f"{name.strip()} {unit.strip()}".strip() for name, unit in zip(first, names, strict=True)]
     writer.writerow(names)
     for line in lines[layout.header + 1 :]:

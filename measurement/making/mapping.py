@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -21,6 +21,9 @@ REFERENCE = re.compile(rf"reference_({JOINT})_(?:rad|m)")
 """Columns that tell a joint's controller where to go; the group is the joint's number."""
 POSITION = re.compile(rf"position_({JOINT})_(?:rad|m)")
 """Columns with the position of a joint; the group is its number."""
+
+SHARE_OF_TORQUE = re.compile(r"(?=.*(?:torque|tau|effort|moment))(?=.*(?:%|per ?cent))", re.IGNORECASE)
+"""Names of a torque in per cent."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,6 +106,16 @@ def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
     return renamed
 
 
+def _refuse_share_of_torque(columns: Sequence[str], file: str) -> None:
+    """Refuse a torque in per cent of the rated one, as servo drives give it: only the user knows the rated torque."""
+    for name in columns:
+        if SHARE_OF_TORQUE.search(name) and not KNOWN.fullmatch(name):
+            number = re.search(rf"(?<!\d){JOINT}(?!\d)", name)
+            goal = f"torque_{number.group() if number else 0}_Nm"
+            todo = f"state a hundredth of the rated torque: --map '{name}={goal}*0.024' where it is 2.4 N m"
+            raise InputError(file, expected="a torque in N m", got=f"{name!r}", todo=todo)
+
+
 def free_joints(
     columns: list[str], file: str, only: tuple[int, ...] | None = None, closed: frozenset[int] = frozenset()
 ) -> tuple[int, ...]:
@@ -134,6 +147,8 @@ def free_joints(
     seen = {int(found.group(1)) for name in columns if (found := POSITION.fullmatch(name))}
     found_joints = driven & seen if only is None else driven & seen & set(only)
     if not found_joints or "time_s" not in columns:
+        if not driven:
+            _refuse_share_of_torque(columns, file)
         todo = "name them with --map, as in --map 'tau=torque_0_Nm'"
         raise InputError(
             file, expected="columns time_s, torque_<j>_Nm, position_<j>_rad", got=", ".join(columns), todo=todo

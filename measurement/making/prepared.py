@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,11 +10,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.mapping import POSITION, Target, free_joints, map_columns
+from haptid.measurement.making.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.making.moving_joints import moving_joints
 from haptid.measurement.making.units_in_names import understand_columns
+from haptid.measurement.making.usable_rows import (
+    UsableTable,
+    counted_on,
+    cut_at_gaps,
+    usable_rows,
+    without_shared_rows,
+)
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
@@ -22,6 +31,8 @@ from haptid.model.device.reader import load_device
 TORQUE_COLUMNS = ("torque_{}_Nm", "force_{}_N", "current_{}_A")
 DRIVE_COLUMNS = {"voltage": "voltage_{}_V", "duty": "duty_{}"}
 """Column by the kind of a drive that makes the torque."""
+NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
+"""The joint's number in a name of the campaign format."""
 DECIMALS_OF_POSTURE = 6
 """Decimals of a locked position in campaign.toml: a microradian changes no inertia that can be measured."""
 
@@ -51,6 +62,8 @@ class PreparedTable:
         Times [s], shape (n_t,).
     travels
         Travel of each free joint [rad] ([m]).
+    about
+        What was done to its rows, in words for the user.
     """
 
     file: str
@@ -62,34 +75,103 @@ class PreparedTable:
     use: str
     t: Array
     travels: tuple[float, ...]
+    about: tuple[str, ...] = ()
 
 
-def prepare_table(table: Table, answers: Answers) -> PreparedTable:
-    """Bring a table into the campaign format, and see which joints move.
+def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = True) -> list[PreparedTable]:
+    """Bring the tables of a campaign into its format, and see which joints move.
 
     Parameters
     ----------
-    table
-        The user's table, its cells as text.
+    tables
+        The user's tables, their cells as text or as numbers.
     answers
         What the user states.
+    mend
+        Whether rows that cannot be used are left out, and positions counted on where they wrap. What a program hands on
+        is not mended, as nobody would read that it was.
 
     Returns
     -------
-    PreparedTable
+    list of PreparedTable
+        One a table, or several where rows are missing in it.
 
     Raises
     ------
     InputError
         Where columns are missing or stand for the same signal, or a cell of time or position holds no number.
     """
-    targets = understand_columns(table.columns, answers.stated, answers.resolution)
-    frame = map_columns(table, targets)
+    understood = [understand_columns(table.columns, answers.stated, answers.resolution) for table in tables]
+    understood = _counted_from_zero(tables, understood, answers)
+    named = [_named(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)]
+    if not mend:
+        uses = ["validate" if table.file_name in answers.validate else "fit" for table in tables]
+        rows = zip(named, understood, uses, strict=True)
+        return [_prepare(usable, targets, answers, use=use) for usable, targets, use in rows]
+    prepared = []
+    for table, targets, usable in zip(tables, understood, without_shared_rows(named), strict=True):
+        use = "validate" if table.file_name in answers.validate else "fit"
+        whole = counted_on(usable, _position_names(usable.table), answers.resolution)
+        prepared += [_prepare(part, targets, answers, use=use) for part in cut_at_gaps(whole)]
+    return prepared
+
+
+def _counted_from_zero(
+    tables: Sequence[Table], understood: list[dict[str, Target]], answers: Answers
+) -> list[dict[str, Target]]:
+    """Return the targets with joints from 0 where the tables count the device's joints from 1.
+
+    They do where no table has a joint 0 and one has the number that would be the device's last but one more.
+    """
+    if answers.device == SINGLE_JOINT or answers.stated or answers.free is not None or answers.closed:
+        return understood
+    device = answers.device if isinstance(answers.device, Device) else load_device(answers.device)
+    names = [{**{c: c for c in table.columns if KNOWN.fullmatch(c)}, **{c: t.name for c, t in targets.items()}}
+             for table, targets in zip(tables, understood, strict=True)]  # fmt: skip
+    numbers = {int(found.group(1)) for one in names for name in one.values() if (found := NUMBERED.search(name))}
+    if 0 in numbers or max(numbers, default=0) != len(device.joints):
+        return understood
+    shifted = []
+    for one, targets in zip(names, understood, strict=True):
+        lower = {
+            column: NUMBERED.sub(lambda found: f"_{int(found.group(1)) - 1}", name) for column, name in one.items()
+        }
+        factors = {column: target.factor for column, target in targets.items()}
+        shifted.append({c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c})
+    return shifted
+
+
+def _one_less(found: re.Match[str]) -> str:
+    return f"_{int(found.group(1)) - 1}"
+
+
+def _named(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:
+    """Return a table with the columns of the campaign format and without rows that cannot be used."""
+    names = {column: targets[column].name if column in targets else column for column in table.columns}
+    needed = [column for column, name in names.items() if _is_needed(name)]
+    time = next((column for column, name in names.items() if name == "time_s"), "time_s")
+    usable = usable_rows(table, needed if mend else (), time)
+    frame = map_columns(usable.table, targets)
+    free_joints(list(frame.columns), str(table.path), answers.free, answers.closed)
+    return replace(usable, table=replace(usable.table, frame=frame))
+
+
+def _position_names(table: Table) -> list[str]:
+    return [name for name in table.columns if POSITION.fullmatch(name) or REFERENCE.fullmatch(name)]
+
+
+def _is_needed(name: str) -> bool:
+    """Whether a run cannot do without the cells of a column; a temperature may be read more seldom."""
+    return KNOWN.fullmatch(name) is not None and not name.startswith("temperature")
+
+
+def _prepare(usable: UsableTable, targets: dict[str, Target], answers: Answers, *, use: str) -> PreparedTable:
+    """Return the table of one run, with the joints that move in it."""
+    table, frame = usable.table, usable.table.frame
     driven = free_joints(list(frame.columns), str(table.path), answers.free, answers.closed)
-    renamed = replace(table, frame=frame)
-    t = renamed.time()
-    names = [name for name in frame.columns if POSITION.fullmatch(str(name))]
-    positions = {name: renamed.numbers(name) for name in names}
+    t = table.time()
+    names = [name for name in table.columns if POSITION.fullmatch(name)]
+    positions = {name: table.numbers(name) for name in names}
     free = driven if answers.free is not None else moving_joints(t, positions, driven)
     everything = free_joints(list(frame.columns), str(table.path), closed=answers.closed)
     return PreparedTable(
@@ -99,9 +181,10 @@ def prepare_table(table: Table, answers: Answers) -> PreparedTable:
         free=free,
         held=tuple(joint for joint in everything if joint not in free),
         posture=_posture(answers.device, positions, free),
-        use="validate" if table.file_name in answers.validate else "fit",
+        use=use,
         t=t,
         travels=tuple(_travel(positions, joint) for joint in free),
+        about=usable.about,
     )
 
 
@@ -152,7 +235,11 @@ def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, devic
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
     known = {key: value for key, value in sensor.items() if value is not None}
-    joints: dict[str, Any] = {str(j): {"drive": {"kind": kind}} for j, kind in sorted(_drives(prepared).items())}
+    known_of_drive = {"torque_constant": answers.torque_constant, "resistance_ohm": answers.resistance}
+    motor = {key: value for key, value in known_of_drive.items() if value is not None}
+    joints: dict[str, Any] = {
+        str(j): {"drive": {"kind": kind, **motor}} for j, kind in sorted(_drives(prepared).items())
+    }
     if answers.torque_constant is not None:
         keys = current_constants(prepared)
         joints |= {str(joint): {key: answers.torque_constant} for joint, key in sorted(keys.items())}
@@ -221,6 +308,31 @@ def describe(prepared: Sequence[PreparedTable]) -> list[str]:
     return [*(["understood:", *lines] if lines else []), "runs:", *(f"  {_describe_run(one)}" for one in prepared)]
 
 
+def describe_drives(prepared: Sequence[PreparedTable], answers: Answers) -> list[str]:
+    """Say of drives what has to be known of them before anything is known in N m.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    answers
+        What the user states.
+
+    Returns
+    -------
+    list of str
+        A line a joint with a voltage or a duty of which torque constant or resistance are not stated.
+    """
+    unknown = {"torque constant": answers.torque_constant, "resistance": answers.resistance}
+    missing = " and ".join(name for name, value in unknown.items() if value is None)
+    return [
+        f"joint {joint}: a {kind} without {missing} of the motor: masses and friction are known up to one common "
+        "factor; state them by --torque-constant and --resistance, or a known gravity in campaign.toml"
+        for joint, kind in sorted(_drives(prepared).items())
+        if missing
+    ]
+
+
 def _describe_run(one: PreparedTable) -> str:
     slides = [f"position_{joint}_m" in one.frame for joint in one.free]
     moved = ", ".join(
@@ -229,4 +341,5 @@ def _describe_run(one: PreparedTable) -> str:
     )
     held = f"; held: {', '.join(map(str, one.held))}" if one.held else ""
     rate = 1 / float(np.median(np.diff(one.t)))
-    return f"{one.file}: {one.use}, {one.t.size} rows, {np.ptp(one.t):.4g} s at {rate:.4g} Hz; {moved}{held}"
+    done = f"; {', '.join(one.about)}" if one.about else ""
+    return f"{one.file}: {one.use}, {one.t.size} rows, {np.ptp(one.t):.4g} s at {rate:.4g} Hz; {moved}{held}{done}"

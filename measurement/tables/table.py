@@ -32,6 +32,8 @@ from haptid.support.installing.extras import need
 
 TEXT_SUFFIXES = (".csv", ".csv.gz")
 SUFFIXES = (*TEXT_SUFFIXES, ".parquet")
+OTHER_TEXT_SUFFIXES = (".txt", ".tsv", ".dat")
+"""Ends of text tables that a campaign is made of, and does not hold itself."""
 SHOWN_CELL_CHARACTERS = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -80,7 +82,7 @@ class Table:
     @property
     def is_text(self) -> bool:
         """Whether the table is a text file, whose lines an error can name."""
-        return not self.in_memory and self.path.name.endswith(TEXT_SUFFIXES)
+        return not self.in_memory and self.path.name.endswith((*TEXT_SUFFIXES, *OTHER_TEXT_SUFFIXES))
 
     def row(self, index: int) -> str:
         """Name a row for an error message: the line of the text file, or the row of any other table, from 1.

@@ -7,7 +7,7 @@ from pathlib import Path
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.logged_table import read_logged_table
-from haptid.measurement.making.prepared import describe, prepare_table
+from haptid.measurement.making.prepared import describe, prepare_tables
 from haptid.report.common.page import Page, Section, Table
 from haptid.report.common.stored_page import content_of, read_page, write_page
 from tests.fuzz.harness import Target
@@ -56,7 +56,7 @@ def read_logged(content: bytes, folder: Path) -> None:
     path = folder / "a.csv"
     path.write_bytes(content)
     table, _ = read_logged_table(path)
-    describe([prepare_table(table, ANSWERS)])
+    describe(prepare_tables([table], ANSWERS))
 
 
 def read_foreign(content: bytes, folder: Path) -> None:

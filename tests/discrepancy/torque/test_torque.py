@@ -96,6 +96,17 @@ def test_cogging_in_a_sweep_is_the_most_promising_and_closes_the_gap():
     assert size == pytest.approx(0.01, rel=0.05)
 
 
+def test_a_parameter_that_moves_no_torque_leaves_the_errors_of_the_others_finite():
+    fitted = fit_model(sweep(0.01))
+    place = fitted.problem.parametrisation.ids.index("sigma1")
+    jacobian = fitted.jacobian.copy()
+    jacobian[:, place] = 0.0
+    blind = replace(fitted, jacobian=jacobian)
+    assert np.isfinite(blind.covariance).all()
+    assert blind.std["sigma1"] == 0.0
+    assert blind.std["Fc"] > 0.0
+
+
 def test_every_held_out_stretch_lies_between_fitted_ones():
     seen = alternating(4885)
     assert 0.6 < seen.mean() < 0.7
