@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from haptid.discrepancy.finding.drawn import TorqueLeft
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
@@ -36,23 +37,34 @@ def torque_picture(finding: TorqueFinding) -> Picture:
     with style():
         made = figure(8.5, 4.6)
         top, low = made.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
-        for k, (run, before, after) in enumerate(
-            zip(found.study.runs, found.base.residual, found.final.residual, strict=True)
+        rows = found.study.moving
+        for k, (run, counts, before, after) in enumerate(
+            zip(found.study.runs, rows, found.base.residual, found.final.residual, strict=True)
         ):
-            q, tau = run.u[:, 0], run.y[:, 0]
+            q, tau = (np.where(counts, of_run, np.nan) for of_run in (run.u[:, 0], run.y[:, 0]))
             hide = "_" if k else ""
             top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
             top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
             top.plot(q, 1e3 * (tau - after), color=SIMULATED, label=f"{hide}model after")
+        # Where a joint just begins to move, stiff presliding may give any torque: the measured ones set the scale.
+        measured = np.concatenate([run.y[counts, 0] for run, counts in zip(found.study.runs, rows, strict=True)])
+        top.set_ylim(*_range_of(1e3 * measured))
         draw_torque_left(low, TorqueLeft.of(finding), [found.study.prismatic])
         top.set_ylabel(f"torque [{_unit(finding, 'mN m')}]")
         for axis in (top, low):
             axis.legend(fontsize=7)
     caption = (
-        "Above: torque over position, all rows. Below: measured minus modelled torque on stretches that no fit saw; "
-        "the band is ±2σ of the torque's white noise."
+        "Above: torque over position, without the rows at rest. Below: measured minus modelled torque on stretches "
+        "that no fit saw; the band is ±2σ of the torque's white noise."
     )
     return picture_of(made, caption=caption, alt="torque over position, measured and modelled")
+
+
+def _range_of(values: Array) -> tuple[float, float]:
+    """Return the least and the largest value, and a quarter of the range more on either side."""
+    low, high = (float(values.min()), float(values.max())) if values.size else (-1.0, 1.0)
+    room = 0.25 * (high - low) or 1.0
+    return low - room, high + room
 
 
 def draw_torque_left(axis: Axes, left: TorqueLeft, prismatic: Sequence[bool]) -> None:
