@@ -1,4 +1,4 @@
-"""Files of an FMU beside its code: `Interface` in, documentation, licences, parameter set, picture and runs out."""
+"""Files of an FMU beside its code: `Interface` in, page, licences, parameter set, picture, runs and their manifest out."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from haptid.fmu_build.content.accuracy_files import accuracy_files
 from haptid.fmu_build.content.documentation import documentation
 from haptid.fmu_build.content.picture import picture
 from haptid.fmu_build.content.reference_run import reference
+from haptid.fmu_build.content.references import manifest_file
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance, provenance_of
 from haptid.fmu_build.description.units import modelica_unit
@@ -70,7 +71,7 @@ def extra_files(
     if run is not None:
         files |= {f"documentation/{name}": data for name, data in run.files().items()}
         files["model.png"] = picture(run.t, run.y[:, 0])
-    return files
+    return files | manifest_file(files)
 
 
 def _parameter_set(interface: Interface) -> bytes:
