@@ -1,4 +1,4 @@
-"""Files of an FMU beside its code: `Interface` in, page, licences, parameter set, picture, runs and their manifest out."""
+"""Files of an FMU beside its code: `Interface` in; page, licences, parameter set, picture, runs, manifest out."""
 
 from __future__ import annotations
 
