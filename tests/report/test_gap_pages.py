@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from haptid.discrepancy.finding.full_model import Missed, WholeFinding
 from haptid.discrepancy.finding.gap import Gap
@@ -17,7 +18,7 @@ from haptid.identification.verification.result import JointCheck, RunCheck, Veri
 from haptid.model.equations.quantity import Quantity
 from haptid.report.common.page import Page
 from haptid.report.discrepancy.full_model_section import full_model_sections
-from haptid.report.discrepancy.torque_gap_page import torque_gap_page
+from haptid.report.discrepancy.torque_gap_page import torque_gap_page, torque_picture
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from tests.report.known import T, known_maps, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
@@ -30,6 +31,7 @@ EFFECT = SimpleNamespace(
 STUDY = SimpleNamespace(
     delay=0.0,
     joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
+    moving=(np.array([True, True, True, True]),),
     unseen_rows=(np.array([False, True, True, False]),),
 )  # fmt: skip
 
@@ -202,3 +204,28 @@ def test_the_whole_device_s_draws_have_residual_and_spread():
     assert [heights(line) for line in first.lines] == [[0.1] * 4, [0.2] * 4]
     edges = second.collections[0].get_paths()[0].vertices[:, 1]
     assert [edges.min(), edges.max()] == pytest.approx([0.64, 0.76])
+
+
+def test_rows_at_rest_are_drawn_by_nobody_and_set_no_scale() -> None:
+    """Stiff presliding may ask for any torque where a joint begins to move: 1500 N m stood in a picture of 1 N m."""
+    base, final = fitted([1500.0, 0.0, 0.0, 0.0]), fitted([1500.0, 0.0, 0.0, 0.0])
+    study = SimpleNamespace(**vars(STUDY) | {"moving": (np.array([False, True, True, True]),)})
+    drawn: list[Figure] = []
+
+    def keep(made: Figure, **_: object) -> None:
+        drawn.append(made)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("haptid.report.discrepancy.torque_gap_page.picture_of", keep)
+        patch.setattr(
+            "haptid.report.discrepancy.torque_gap_page.draw_torque_left",
+            lambda axis, *_: axis.plot([0.0], label="left"),
+        )
+        patch.setattr("haptid.report.discrepancy.torque_gap_page.TorqueLeft", SimpleNamespace(of=lambda _: None))
+        found = SimpleNamespace(study=study, base=base, final=final)
+        torque_picture(SimpleNamespace(search=found))  # type: ignore[arg-type] # what the picture reads
+    (top, *_), measured = drawn[0].axes, 1e3 * STUDY.runs[0].y[1:, 0]
+    low, high = top.get_ylim()
+    assert low <= measured.min() <= measured.max() <= high
+    assert high - low < 2 * np.ptp(measured) + 3
+    assert all(np.isnan(line.get_ydata()[0]) for line in top.lines)
