@@ -35,7 +35,8 @@ def under_law(study: Study, law: str, values: Mapping[str, float]) -> Study:
     InputError
         Where there is no such law, or an effect of the user's own asks for a slot that it lacks.
     """
-    roles, other = law_named(study.base.friction[0]).roles, law_named(law)
+    asked, other = law_named(study.base.friction[0]), law_named(law)
+    roles = asked.roles
     scales = scales_over(study.fitted, values, roles)
     # Stiction for the level of Coulomb friction: a Stribeck curve that was bent to another law's needs may end at 0.
     sliding = Sliding(
@@ -43,10 +44,14 @@ def under_law(study: Study, law: str, values: Mapping[str, float]) -> Study:
         travel=2 * scales.position, speed=scales.speed,
     )  # fmt: skip
     guesses, own = other.guess(sliding), {q.id: q for q in study.base.parameters}
-    table = (q for q in joint_parameters(prismatic=study.prismatic, friction=law) if q.id in own or q.id in other.ids)
+    table = joint_parameters(prismatic=study.prismatic, friction=law)
     parameters = tuple(
-        own.get(q.id, q.but(initial=min(max(guesses.get(q.id, q.initial), q.lower), q.upper))) for q in table
+        own.get(q.id, q.but(initial=min(max(guesses.get(q.id, q.initial), q.lower), q.upper)))
+        for q in table
+        if q.id in own or q.id in other.ids
     )
+    # Those of a drive stand in no table of a law.
+    parameters += tuple(q for id, q in own.items() if id not in asked.ids and id not in {row.id for row in table})
     base = joint_equations(
         study.joint, parameters=parameters, prismatic=study.prismatic, friction=law, drive=study.base.drive
     )

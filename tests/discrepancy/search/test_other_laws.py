@@ -19,6 +19,8 @@ from haptid.discrepancy.study.under_law import under_law
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.effect import Effect, parameter, z
 from haptid.model.effects.registry import catalogue
+from haptid.model.equations.drive import Drive
+from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError
 from haptid.virtual_device.recording.inputs import rich
 from haptid.virtual_device.recording.sensor import Sensor
@@ -101,3 +103,13 @@ def test_a_law_without_the_slot_of_a_users_effect_is_passed_over(campaign: Path)
     with pytest.raises(InputError, match="expected a friction law with bristle, got coulomb"):
         under_law(study, "coulomb", values)
     assert under_law(study, "dahl", values).base.friction == ("dahl",)
+
+
+def test_the_parameters_of_a_drive_stay_under_another_law(campaign: Path) -> None:
+    study = study_of(read_campaign(campaign), 4, catalogue())
+    driven = replace(study, base=joint_equations(4, drive=Drive(kind="voltage")))
+    values = {q.id: q.initial for q in driven.base.parameters}
+    other = under_law(driven, "coulomb", values).base
+    gone, new = {"sigma0", "sigma1"}, {"vc"}
+    assert {q.id for q in other.parameters} == {*values} - gone | new
+    assert other.drive == driven.base.drive
