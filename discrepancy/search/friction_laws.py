@@ -137,5 +137,5 @@ def _starts(other: Study, white: Solution) -> Iterator[dict[str, float]]:
     own = {q.id: q.initial for q in other.base.parameters if q.id in law.ids and q.id not in known}
     shared = {id: value for id, value in known.items() if id not in law.ids}
     yield known | own
-    yield known | {id: value / 10.0 for id, value in own.items()}
+    yield known | {id: value / THRESHOLDS.search.smaller_start_divisor for id, value in own.items()}
     yield shared

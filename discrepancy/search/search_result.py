@@ -71,10 +71,7 @@ class Search:
     @property
     def evidence_for_law(self) -> float:
         """Evidence for the friction law over the one that was asked for, as `evidence` defines it."""
-        now, before = self.plain.candidate, self.before.candidate
-        if self.study.unseen:
-            return 2.0 * (now.prediction.score - before.prediction.score)
-        return before.bic - now.bic
+        return self._evidence(self.plain.candidate, self.before.candidate)
 
     @property
     def rivals(self) -> tuple[Trial, ...]:
@@ -154,7 +151,9 @@ class Search:
         float
             Twice the gain in log predictive score on held-out runs; the gain in BIC where every run was fitted.
         """
-        with_it, without = self.best.candidate, self.less[key]
+        return self._evidence(self.best.candidate, self.less[key])
+
+    def _evidence(self, now: Candidate, before: Candidate) -> float:
         if self.study.unseen:
-            return 2.0 * (with_it.prediction.score - without.prediction.score)
-        return without.bic - with_it.bic
+            return 2.0 * (now.prediction.score - before.prediction.score)
+        return before.bic - now.bic

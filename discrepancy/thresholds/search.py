@@ -18,6 +18,8 @@ class SearchThresholds:
     """Decrease of ‖r‖² by brief fits under another law, in squares over the noise, below which the law is left [1]."""
     least_gain_under_other_law_over_excess: float = 0.2
     """The same as a share of the nominal model's excess energy [1]."""
+    smaller_start_divisor: float = 10.0
+    """Factor by which a second start begins below the guesses of what only the other law has [1]."""
     simulations_of_a_start_under_other_law: int = 12
     """Largest number of simulations of all runs from each start under another law."""
 
