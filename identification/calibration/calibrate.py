@@ -51,6 +51,8 @@ class Calibration:
         Unit of each output, empty where the FMU states none.
     simulation_s
         Duration of the simulation of all fitted runs once [s].
+    broken_rules
+        Rules of the FMI standard that the FMU's description breaks.
     """
 
     campaign: ForeignCampaign
@@ -58,6 +60,7 @@ class Calibration:
     simulated: Mapping[str, Array]
     units: tuple[str, ...]
     simulation_s: float
+    broken_rules: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -157,7 +160,8 @@ def calibrate(
     first = np.array([q.initial for q in simulator.equations.parameters])
     simulator = with_chosen_steps(simulator, first, fitted)
     # An FMU has no observer, and its runs no half that weighs more.
-    problem = Problem.of(simulator, fitted, options.but(gains=(0.0,), weights=(1.0, 1.0)))
+    tolerance = max(options.tolerance, largest_residual_of_noise(sum(run.y.size for run in fitted)))
+    problem = Problem.of(simulator, fitted, options.but(gains=(0.0,), weights=(1.0, 1.0), tolerance=tolerance))
     with _workers(problem, took) as workers:
         minima = single_threaded(reach_minima, problem, workers, report)
     # Events may lie closer or wider at the minimum than at the first guess.
@@ -181,7 +185,27 @@ def calibrate(
         simulated=simulated,
         units=tuple(fmu.variables[name].unit for name in campaign.outputs),
         simulation_s=took,
+        broken_rules=fmu.broken_rules,
     )
+
+
+def largest_residual_of_noise(readings: int) -> float:
+    """Return the RMS over the noise that white noise alone hardly exceeds: √(1 + k·√(2/n)).
+
+    The mean of n squares of standard normal numbers is 1, with a standard deviation of √(2/n). A joint's test has thousands of
+    readings; a campaign about an FMU may have thirty, whose noise alone often is above a fixed tolerance.
+
+    Parameters
+    ----------
+    readings
+        Number n of readings of the fitted runs, all outputs together.
+
+    Returns
+    -------
+    float
+        Residual over the noise, with k of `THRESHOLDS.standard_errors_of_residual`.
+    """
+    return float(np.sqrt(1 + THRESHOLDS.standard_errors_of_residual * np.sqrt(2 / max(readings, 1))))
 
 
 def _workers(problem: Problem, simulation_s: float) -> AbstractContextManager[Workers]:

@@ -9,6 +9,7 @@ from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.output.summary import table_text
 from haptid.identification.result.outcome import Outcome
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
+from haptid.support.errors import one_line
 
 SENTENCES = {
     Outcome.CONVERGED: "several starts agree on the best minimum, and what is left is the outputs' noise",
@@ -53,6 +54,15 @@ def sentence_of(outcome: Outcome) -> str:
         Words of `SENTENCES`, or the outcome's value where it has none there.
     """
     return SENTENCES.get(outcome, outcome.value)
+
+
+def _broken_rules_sentence(rules: tuple[str, ...]) -> str:
+    """Return a sentence about what an FMU's description breaks; empty where it breaks nothing."""
+    if not rules:
+        return ""
+    others = f" (and {len(rules) - 1} more)" if len(rules) > 1 else ""
+    first = one_line(rules[0]).rstrip(".")
+    return f"the FMU's modelDescription.xml breaks the FMI standard, and hosts that validate refuse it: {first}{others}"
 
 
 def parameter_rows(calibration: Calibration) -> list[tuple[str, ...]]:
@@ -109,7 +119,8 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
     Returns
     -------
     str
-        Head, and a table with a row for each run and output; "~" marks a noise that was estimated.
+        Head, and a table with a row for each run and output; "~" marks a noise that was estimated. Last, what the FMU's
+        description breaks of the standard.
     """
     fmu, parameters = simulator.fmu, simulator.equations.parameters
     kind = "co-simulation" if fmu.interface == "CoSimulation" else "model exchange"
@@ -126,11 +137,12 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
         f"{len(campaign.runs)} runs ({', '.join(by_use)}), inputs {', '.join(campaign.inputs) or 'none'}, "
         f"parameters to fit {free}"
     )
-    return f"{head}\n\n{table_text(CHECKED, rows)}"
+    broken = _broken_rules_sentence(fmu.broken_rules)
+    return "\n\n".join((head, table_text(CHECKED, rows), *([broken] if broken else [])))
 
 
 def attention(calibration: Calibration) -> list[str]:
-    """List what needs attention: parameters at bounds or not identifiable, and campaigns without a run to check on.
+    """List what needs attention: parameters at bounds or not identifiable, no run to check on, a description that breaks rules.
 
     Parameters
     ----------
@@ -153,7 +165,8 @@ def attention(calibration: Calibration) -> list[str]:
             said.append(f"{words}: {', '.join(ids)}")
     if not any(run.use == "validate" for run in calibration.campaign.runs):
         said.append('no run has use = "validate": nothing tells how well the FMU predicts')
-    return said
+    broken = _broken_rules_sentence(calibration.broken_rules)
+    return [*said, broken] if broken else said
 
 
 def summary_text(calibration: Calibration) -> str:

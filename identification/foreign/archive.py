@@ -2,7 +2,8 @@
 
 1. Check names, links, number and size of the entries.
 2. Check that the model description is plain XML of FMI 2.0 or 3.0, without document type.
-3. Unpack, read the model description with fmpy, and check that this platform's library is there.
+3. Unpack, read the model description with fmpy, and check that this platform's library is there. What breaks the schema
+   is refused; what breaks a rule that the schema does not know is kept to be told, and the FMU runs.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from typing import Any, NoReturn
 from xml.parsers import expat
 
 import fmpy
+from fmpy.model_description import ValidationError
+from fmpy.validation import validate_model_description
 
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.errors import InputError, one_line
@@ -38,11 +41,14 @@ class Unpacked:
         The archive, and the folder with its files.
     description
         Model description as fmpy read it.
+    broken_rules
+        Rules of the FMI standard that the description breaks, beyond the schema, in fmpy's words.
     """
 
     path: Path
     folder: Path
     description: Any
+    broken_rules: tuple[str, ...] = ()
 
     @property
     def interface(self) -> str:
@@ -82,7 +88,8 @@ def unpack_checked(path: Path, folder: Path) -> Unpacked:
     except _UNREADABLE as error:
         got = one_line(str(error)) or type(error).__name__
         raise InputError(str(path), expected="an FMU, a whole zip archive", got=got) from None
-    unpacked = Unpacked(path=path, folder=folder, description=_read_description(path, folder))
+    description, broken_rules = _read_description(path, folder)
+    unpacked = Unpacked(path=path, folder=folder, description=description, broken_rules=broken_rules)
     _check_binary(unpacked)
     return unpacked
 
@@ -148,16 +155,24 @@ def _refuse_entities(*_: object) -> NoReturn:
     raise _RefusedError
 
 
-def _read_description(path: Path, folder: Path) -> Any:
+def _read_description(path: Path, folder: Path) -> tuple[Any, tuple[str, ...]]:
+    """Return the description and the rules that it breaks: stock pythonfmu's own FMUs break one, and run well."""
     where = f"{path}: {_DESCRIPTION}"
+    broken_rules: tuple[str, ...] = ()
     try:
-        description = fmpy.read_model_description(str(folder))
+        try:
+            description = fmpy.read_model_description(str(folder))
+        except ValidationError as error:
+            description = fmpy.read_model_description(str(folder), validate=False)
+            broken_rules = tuple(validate_model_description(description))
+            if broken_rules != tuple(error.problems):  # fmpy stopped at the schema, before its own rules
+                raise
     except Exception as error:  # fmpy raises bare exceptions, and whatever its conversions meet
         problems = getattr(error, "problems", None) or [str(error)]
         raise InputError(where, expected="what the FMI standard's schema says", got=str(problems[0])) from None
     if description.coSimulation is None and description.modelExchange is None:
         raise InputError(where, expected="an FMU for co-simulation or model exchange", got="neither of them")
-    return description
+    return description, broken_rules
 
 
 def _check_binary(unpacked: Unpacked) -> None:

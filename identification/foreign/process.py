@@ -77,6 +77,11 @@ class ForeignFmu:
         return self._unpacked.description
 
     @property
+    def broken_rules(self) -> tuple[str, ...]:
+        """Rules of the FMI standard that its description breaks, beyond the schema."""
+        return self._unpacked.broken_rules
+
+    @property
     def interface(self) -> str:
         """Interface that is simulated: ``CoSimulation`` or ``ModelExchange``."""
         return self._unpacked.interface

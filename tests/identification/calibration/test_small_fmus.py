@@ -48,6 +48,37 @@ def run(command, *arguments):
     return CliRunner().invoke(command, [str(a) for a in arguments])
 
 
+def test_a_description_that_breaks_a_rule_beyond_the_schema_is_told_and_runs(folder, tmp_path):
+    files = content()
+    xml = files["modelDescription.xml"]
+    broken = xml.replace(b'<Real start="0"/>', b"<Real/>", 1)
+    assert broken != xml
+    fmu = write(tmp_path / "small.fmu", files | {"modelDescription.xml": broken})
+    for command in ((check,), (identify, "--out", tmp_path / "out", "--workers", "1")):
+        done = run(*command, "--model", fmu, folder, "--quiet")
+        assert done.exit_code == 0, done.output
+        assert 'breaks the FMI standard, and hosts that validate refuse it: Variable "force"' in done.output
+    assert "Variable &#34;force&#34;" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_thirty_readings_of_noise_alone_are_no_missing_model(folder, tmp_path):
+    """Noise whose RMS is by chance 1.1 times what is stated, as in one of four sets of so few readings."""
+    table = pd.read_csv(folder / "a.csv").iloc[:30]
+    ideal = 2.0 + np.concatenate(([0.0], np.cumsum(np.diff(table["time_s"]) * table["force_N"][:-1])))
+    noise = np.random.default_rng(4).standard_normal(len(table))
+    noise -= noise.mean()
+    for rms, outcome in ((1.1, "converged"), (1.8, "above_noise")):
+        table["position"] = ideal + 0.01 * rms * noise / np.sqrt(np.mean(noise**2))
+        table.to_csv(folder / "a.csv", index=False)
+        text = CAMPAIGN.replace('{ column = "position" }', '{ column = "position", noise = 0.01 }')
+        (folder / "campaign.toml").write_text(text, encoding="utf-8")
+        fmu = write(tmp_path / "small.fmu", content())
+        done = run(identify, "--model", fmu, folder, "--out", tmp_path / "out", "--quiet", "--workers", "1")
+        assert done.exit_code == 0, done.output
+        (one,) = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))["configurations"]
+        assert one["outcome"] == outcome
+
+
 def test_an_initial_state_is_identified_with_the_noise_estimated(folder, tmp_path):
     fmu = write(tmp_path / "small.fmu", content())
     done = run(identify, "--model", fmu, folder, "--out", tmp_path / "out", "--quiet", "--workers", "1")
