@@ -202,8 +202,8 @@ class Thresholds:
     """Factor [1] on the tolerance for runs that no fit saw: a run's own noise varies about the pooled one."""
 
     standard_errors_of_residual: float = 3.0
-    """Standard errors [1] by which the residual of a calibrated FMU may exceed its noise and still counts as noise: white
-    noise alone is beyond in one fit of a thousand."""
+    """Standard errors [1] by which the residual of a calibrated FMU may exceed its noise and still counts as noise:
+    white noise alone is beyond in one fit of a thousand."""
 
     # Identifiability: the status of a parameter and what is told of combinations.
     largest_std_over_size: float = 0.5

@@ -142,7 +142,7 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
 
 
 def attention(calibration: Calibration) -> list[str]:
-    """List what needs attention: parameters at bounds or not identifiable, no run to check on, a description that breaks rules.
+    """List what needs attention: parameters, runs to check on, rules that the description breaks.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 static void restart(Instance *s) {
     for (int i = 0; i < HF_END; i++) s->v[i] = fmu_start[i];
     s->time = 0;
-    s->tangent = s->stop_given = 0;
+    s->tangent = s->set_up = s->stop_given = 0;
     s->mode = INSTANTIATED;
     s->unchecked = s->stale_outputs = s->stale_derivatives = 1;
 }
@@ -34,7 +34,7 @@ FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String gu
     Instance *s = fault ? NULL : call->allocateMemory(1, sizeof *s);
     if (!s) {
         if (!fault) fault = "expected memory from the host, got none";
-        if (call->logger) call->logger(call->componentEnvironment, name ? name : "", fmi2Error, "logStatusError", fault);
+        log_text(call, name ? name : "", fmi2Error, "logStatusError", fault);
         return NULL;
     }
     s->call = *call;
@@ -46,7 +46,7 @@ FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String gu
         restart(s);
         return s;
     }
-    if (call->logger) call->logger(call->componentEnvironment, name, fmi2Error, "logStatusError", fault);
+    log_text(call, name, fmi2Error, "logStatusError", fault);
     fmi2FreeInstance(s);
     return NULL;
 }
@@ -69,6 +69,7 @@ FMI2 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_given
     if (!is_finite(start) || (stop_given && !(stop >= start)))
         return refuse_text(s, "fmi2SetupExperiment", "expected a finite start time and a stop time not before it");
     s->time = start;
+    s->set_up = 1;
     s->stop_given = stop_given != fmi2False;
     s->stop = stop;
     return fmi2OK;
@@ -77,6 +78,7 @@ FMI2 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_given
 FMI2 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     Instance *s = c;
     if (!allowed(s, "fmi2EnterInitializationMode", INSTANTIATED)) return fmi2Error;
+    if (!s->set_up) return refuse_text(s, "fmi2EnterInitializationMode", "expected fmi2SetupExperiment before, which defines the start time");
     s->mode = INITIALIZING;
     return fmi2OK;
 }

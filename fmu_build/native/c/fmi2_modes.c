@@ -20,9 +20,9 @@ static const struct { int mode; const char *name; } mode_names[] = {
 enum { MODES = sizeof mode_names / sizeof *mode_names };
 
 typedef struct {
-    double *v; /* all that a run needs to go on stands in these four */
+    double *v; /* all that a run needs to go on stands in these five */
     double time;
-    int tangent, mode;
+    int tangent, mode, set_up; /* the last: whether the host has set up the experiment */
     int unchecked, stale_outputs, stale_derivatives; /* all that follows can be had from the above, or does not change */
     int stop_given;
     double stop;
@@ -33,9 +33,22 @@ typedef struct {
     char name[128];
 } Instance;
 
+/* Hand a text to the host's logger, which reads it as printf does, and "#r5#" in it as the variable with that reference: a per cent
+ * sign or a # of a path, or of another's text, stands twice (FMI 2.0.4, section 2.1.5). */
+APART static void log_text(const fmi2CallbackFunctions *call, const char *name, fmi2Status status, const char *category, const char *text) {
+    char format[2048];
+    size_t n = 0;
+    if (!call->logger) return;
+    for (; *text && n + 2 < sizeof format; text++) {
+        if (*text == '%' || *text == '#') format[n++] = *text;
+        format[n++] = *text;
+    }
+    format[n] = 0;
+    call->logger(call->componentEnvironment, name, status, category, format);
+}
+
 static fmi2Status tell_host(Instance *s, fmi2Status status, const Message *m) {
-    const char *category = status == fmi2Discard ? "logStatusDiscard" : "logStatusError";
-    if (s->call.logger) s->call.logger(s->call.componentEnvironment, s->name, status, category, m->text);
+    log_text(&s->call, s->name, status, status == fmi2Discard ? "logStatusDiscard" : "logStatusError", m->text);
     return status;
 }
 

@@ -3,7 +3,7 @@
 typedef struct {
     char guid[sizeof FMU_GUID];
     double v[HF_END + 1], time;
-    int tangent, mode, type;
+    int set_up, tangent, mode, type;
 } Saved;
 
 /* Whether a value is one that a variable of this reference may have; what is calculated is so again. */
@@ -22,7 +22,7 @@ static const char *state_fault(const Instance *s, const Saved *saved) {
     if (saved->type != (int)s->type) return "expected a state of the same interface, co-simulation or model exchange";
     for (int k = 0; k < MODES; k++) known_mode |= saved->mode == mode_names[k].mode;
     if (saved->mode & (s->type == fmi2CoSimulation ? IN_EVENT | IN_CONTINUOUS : IN_STEP | STEP_FAILED)) known_mode = 0;
-    if (!known_mode || !is_finite(saved->time) || (saved->tangent != 0 && saved->tangent != 1)) return "expected a state that an instance can be in";
+    if (!known_mode || !is_finite(saved->time) || ((saved->tangent | saved->set_up) & ~1)) return "expected a state that an instance can be in";
     for (unsigned vr = 0; vr < HF_END; vr++)
         if (!valid_value(vr, saved->v[vr])) return fmu_role[vr] == HIDDEN ? "expected finite values" : fmu_name[vr];
     return NULL;
@@ -47,6 +47,7 @@ FMI2 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
     for (int i = 0; i < HF_END; i++) saved->v[i] = s->v[i];
     saved->time = s->time;
     saved->tangent = s->tangent;
+    saved->set_up = s->set_up;
     saved->mode = s->mode;
     saved->type = s->type;
     *state = saved;
@@ -62,6 +63,7 @@ FMI2 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
     for (int i = 0; i < HF_END; i++) s->v[i] = saved->v[i];
     s->time = saved->time;
     s->tangent = saved->tangent;
+    s->set_up = saved->set_up;
     s->mode = saved->mode;
     s->unchecked = s->stale_outputs = s->stale_derivatives = 1;
     return fmi2OK;
@@ -92,7 +94,7 @@ FMI2 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2B
 
 FMI2 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
     Instance *s = c;
-    Saved read = {{0}, {0}, 0, 0, 0, 0};
+    Saved read = {{0}, {0}, 0, 0, 0, 0, 0};
     if (!allowed(s, "fmi2DeSerializeFMUstate", ANY) || !given(s, "fmi2DeSerializeFMUstate", 1, bytes, state)) return fmi2Error;
     if (size != sizeof read) return refuse_text(s, "fmi2DeSerializeFMUstate", "these bytes are no state of this FMU");
     for (size_t i = 0; i < sizeof read; i++) ((fmi2Byte *)&read)[i] = bytes[i];

@@ -75,8 +75,7 @@ static const char *load(void) {
 static void listen(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message, ...) {
     Instance *s = environment;
     (void)name; (void)category;
-    if (s->call.logger && (s->logging || status >= fmi2Error))
-        s->call.logger(s->call.componentEnvironment, s->name, status, "logStatusError", message);
+    if (s->logging || status >= fmi2Error) log_text(&s->call, s->name, status, "logStatusError", message);
 }
 
 static int ask(const Slave *slave, fmi2ValueReference what, size_t n, double *answer) {

@@ -308,7 +308,10 @@ CALLS: dict[str, dict[str, Callable[[Harness], int]]] = {
         "NaN start": setup(NAN),
         "NaN stop": setup(0.5, 1, NAN),
     },
-    "fmi2EnterInitializationMode": plain("fmi2EnterInitializationMode"),
+    "fmi2EnterInitializationMode": {
+        **plain("fmi2EnterInitializationMode"),
+        "before fmi2SetupExperiment": lambda h: (h.call("fmi2Reset"), h.call("fmi2EnterInitializationMode"))[1],
+    },
     "fmi2ExitInitializationMode": {
         **plain("fmi2ExitInitializationMode"),
         "inconsistent values": lambda h: (h.set("friction.Fs", 1e-4), h.call("fmi2ExitInitializationMode"))[1],

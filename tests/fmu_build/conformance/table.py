@@ -66,7 +66,7 @@ TABLE: dict[str, Row] = {
         modes="I",
         answers={"plain": OK, "with stop time": OK, "stop before start": ERROR, "NaN start": ERROR, "NaN stop": ERROR},
     ),
-    "fmi2EnterInitializationMode": Row(modes="I", answers={"plain": OK}),
+    "fmi2EnterInitializationMode": Row(modes="I", answers={"plain": OK, "before fmi2SetupExperiment": ERROR}),
     "fmi2ExitInitializationMode": Row(modes="N", answers={"plain": OK, "inconsistent values": ERROR}),
     "fmi2Terminate": Row(modes="VCSF", answers={"plain": OK}),
     "fmi2Reset": Row(modes=ALWAYS, answers={"plain": OK}),

@@ -89,6 +89,21 @@ def test_arithmetic_that_would_be_wrong_is_refused(flag: str, tmp_path):
     assert "expected arithmetic by IEEE 754" in done.stderr
 
 
+def test_wrong_arithmetic_that_no_macro_tells_of_is_refused_at_instantiation(tmp_path):
+    """Clang's -funsafe-math-optimizations defines nothing; the whole device was wrong by 0.3 rad, without a word."""
+    folder = tmp_path / "fmu"
+    with zipfile.ZipFile(fmu("joint4", "native").path) as archive:
+        archive.extractall(folder)
+    (binary,) = (folder / "binaries").glob("*/*")
+    flags = ["-std=c99", "-O2", "-funsafe-math-optimizations", "-shared", "-fPIC"]
+    run_c_compiler([*flags, "sources/all.c", "-o", str(binary.relative_to(folder)), "-lm"], folder)
+    packed = shutil.move(shutil.make_archive(str(tmp_path / "unsafe"), "zip", folder), tmp_path / "unsafe.fmu")
+    client = object.__new__(Client)
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        client.__init__(packed)
+    assert client.messages == ["expected arithmetic by IEEE 754, got a part of -ffast-math: compile without it"]
+
+
 def test_no_multiplication_is_fused_with_an_addition(tmp_path):
     source = unpacked_source("native", tmp_path)
     text, target = tmp_path / "all.s", "aarch64-linux-gnu.2.17"

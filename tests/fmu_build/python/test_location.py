@@ -66,11 +66,20 @@ def test_what_is_no_such_folder_is_refused(uri: str, unpacked: Path):
     assert message.startswith("3 resource location: expected ")
 
 
+def test_a_message_may_be_printed_as_printf_does(unpacked: Path, tmp_path: Path):
+    """A host's logger takes the text as a format: a per cent sign of the path ended it, or wrote anywhere."""
+    folder = tmp_path / "%n%s 50% a#r5#b" / "resources"
+    message, end = told(unpacked, folder.as_uri())
+    assert end == "refused"
+    path = str(folder).replace("#", "##")
+    assert (message % ()).endswith(f"got {path}/slavemodule.txt")
+
+
 def test_a_name_that_the_loader_cannot_take_is_told(unpacked: Path, tmp_path: Path):
     folder = shutil.copytree(unpacked, tmp_path / "a%20b")
     message, end = told(folder, (folder / "resources").as_uri())
     assert end == "refused"
-    assert "a path without %20" in message
+    assert "a path without %20" in message % ()
 
 
 @pytest.mark.parametrize("lost", ["", "slavemodule.txt", "joint4_*[0-9a-f].py", "joint4_*_slave.py", "plan.json"])
