@@ -192,8 +192,8 @@ def calibrate(
 def largest_residual_of_noise(readings: int) -> float:
     """Return the RMS over the noise that white noise alone hardly exceeds: √(1 + k·√(2/n)).
 
-    The mean of n squares of standard normal numbers is 1, with a standard deviation of √(2/n). A joint's test has thousands
-    of readings; a campaign about an FMU may have thirty, whose noise alone often is above a fixed tolerance.
+    The mean of n squares of standard normal numbers is 1, with a standard deviation of √(2/n). A joint's test has
+    thousands of readings; a campaign about an FMU may have thirty, whose noise alone often is above a fixed tolerance.
 
     Parameters
     ----------
