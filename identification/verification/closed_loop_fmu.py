@@ -44,7 +44,7 @@ class Pair:
     controller: Fmu
 
     def write_system(self, out: Path, *, stop_time: float) -> Path:
-        """Write both FMUs as one system, with torques and readings connected.
+        """Write both FMUs as one system, with torques and readings connected and the parameters of both bound.
 
         Parameters
         ----------
@@ -68,7 +68,14 @@ class Pair:
             Connection(from_component=a, from_variable=b, to_component=c, to_variable=d) for a, b, c, d in wires
         ]
         fmus = {"device": self.device.path, "controller": self.controller.path}
-        return write_ssp(out, fmus, connections, stop_time=stop_time, name="closed_loop")
+        parameters = {component: _parameters(path) for component, path in fmus.items()}
+        return write_ssp(out, fmus, connections, parameters=parameters, stop_time=stop_time, name="closed_loop")
+
+
+def _parameters(fmu: Path) -> dict[str, float]:
+    """Return the start values of the parameters, so that whoever changes the system finds them as a file in it."""
+    variables = fmpy.read_model_description(str(fmu)).modelVariables
+    return {v.name: float(v.start) for v in variables if v.causality == "parameter"}
 
 
 def _name(equations: Equations, part: Any) -> str:

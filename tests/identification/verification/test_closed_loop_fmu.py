@@ -63,8 +63,13 @@ def test_pair_of_fmus_moves_as_the_law_in_process(run: Run, controller: Controll
     system = pair.write_system(tmp_path / "closed_loop.ssp", stop_time=1.5)
     with zipfile.ZipFile(system) as archive:
         text = archive.read("SystemStructure.ssd").decode()
+        bound = {name: archive.read(f"resources/{name}.ssv").decode() for name in ("device", "controller")}
     assert text.count("<ssd:Connection ") == 12
     assert 'startConnector="joint3.controller.torque"' in text
+    for name, values in bound.items():
+        assert f'<ssd:ParameterBinding source="resources/{name}.ssv"' in text
+        parameters = getattr(pair, name).equations.parameters
+        assert values.count("<ssv:Parameter ") == len(parameters) > 0
 
 
 def test_no_filter_is_the_plain_difference() -> None:
