@@ -121,9 +121,18 @@ def of_device(data: Mapping[str, Any], name: str, folder: Path | None, findings:
         known=stored_draws.of_device(data, name, folder),
         joints=tuple(joints),
         effects=effects,
-        searched=NOT_SEARCHED if not findings else f"joints searched: {', '.join(str(f.joint) for f in findings)}",
+        searched=_searched(findings),
         digests=_digests(data, tests),
     )
+
+
+def _searched(findings: Sequence[Finding]) -> str:
+    """Say which joints were searched, and what was named there that equations cannot hold, as a random effect."""
+    if not findings:
+        return NOT_SEARCHED
+    joints = f"joints searched: {', '.join(str(f.joint) for f in findings)}"
+    left = [f"{id} of joint {f.joint} ({reason})" for f in findings for id, reason in f.left]
+    return f"{joints}; named there but not in the equations: {', '.join(left)}" if left else joints
 
 
 def _digests(data: Mapping[str, Any], tests: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -107,6 +107,9 @@ def test_what_belongs_to_the_test_alone_stays_behind_and_is_told(tmp_path: Path)
     assert "without clock_error: the clock of the recording, not of the device" in result.stdout
     names = {v.name for v in fmpy.read_model_description(str(out)).modelVariables}
     assert not [name for name in names if "clock" in name]
+    left = "clock_error of joint 4 (the clock of the recording, not of the device)"
+    assert json_of(out, "effects.json")["searched"] == f"joints searched: 4; named there but not in the equations: {left}"
+    assert left in page_of(out)
 
 
 def test_where_nothing_is_missing_the_whole_device_stays_as_it_is(tmp_path: Path):
