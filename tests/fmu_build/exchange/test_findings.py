@@ -108,7 +108,9 @@ def test_what_belongs_to_the_test_alone_stays_behind_and_is_told(tmp_path: Path)
     names = {v.name for v in fmpy.read_model_description(str(out)).modelVariables}
     assert not [name for name in names if "clock" in name]
     left = "clock_error of joint 4 (the clock of the recording, not of the device)"
-    assert json_of(out, "effects.json")["searched"] == f"joints searched: 4; named there but not in the equations: {left}"
+    assert (
+        json_of(out, "effects.json")["searched"] == f"joints searched: 4; named there but not in the equations: {left}"
+    )
     assert left in page_of(out)
 
 
