@@ -275,6 +275,9 @@ class Thresholds:
     well: a number of hundreds says how fine the sensor is, not how good the model."""
 
     # Foreign FMUs: what an archive and its process may take.
+    largest_spread_of_even_steps: float = 1e-3
+    """Difference of the longest and the shortest step over the median [1], up to which rows are evenly spaced: times in
+    a table are rounded."""
     largest_unpacked_bytes: int = 2_000_000_000
     """Largest size of an unpacked archive [B]."""
     most_archive_entries: int = 100_000

@@ -17,6 +17,7 @@ import numpy as np
 
 from haptid.identification.calibration.best_minimum import polish, reach_minima
 from haptid.identification.calibration.difference_steps import with_chosen_steps
+from haptid.identification.calibration.remarks import remarks_on
 from haptid.identification.calibration.simulator import ForeignSimulator, equations_of
 from haptid.identification.fit.multistart import fit_at
 from haptid.identification.foreign.binding import quantities_of
@@ -51,8 +52,8 @@ class Calibration:
         Unit of each output, empty where the FMU states none.
     simulation_s
         Duration of the simulation of all fitted runs once [s].
-    broken_rules
-        Rules of the FMI standard that the FMU's description breaks.
+    remarks
+        What the FMU's description says against its use here, a sentence each.
     """
 
     campaign: ForeignCampaign
@@ -60,7 +61,7 @@ class Calibration:
     simulated: Mapping[str, Array]
     units: tuple[str, ...]
     simulation_s: float
-    broken_rules: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -185,7 +186,7 @@ def calibrate(
         simulated=simulated,
         units=tuple(fmu.variables[name].unit for name in campaign.outputs),
         simulation_s=took,
-        broken_rules=fmu.broken_rules,
+        remarks=remarks_on(campaign, fmu),
     )
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.identification.calibration.calibrate import Calibration
+from haptid.identification.calibration.remarks import remarks_on
 from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.output.summary import table_text
 from haptid.identification.result.outcome import Outcome
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
-from haptid.support.errors import one_line
 
 SENTENCES = {
     Outcome.CONVERGED: "several starts agree on the best minimum, and what is left is the outputs' noise",
@@ -54,15 +54,6 @@ def sentence_of(outcome: Outcome) -> str:
         Words of `SENTENCES`, or the outcome's value where it has none there.
     """
     return SENTENCES.get(outcome, outcome.value)
-
-
-def _broken_rules_sentence(rules: tuple[str, ...]) -> str:
-    """Return a sentence about what an FMU's description breaks; empty where it breaks nothing."""
-    if not rules:
-        return ""
-    others = f" (and {len(rules) - 1} more)" if len(rules) > 1 else ""
-    first = one_line(rules[0]).rstrip(".")
-    return f"the FMU's modelDescription.xml breaks the FMI standard, and hosts that validate refuse it: {first}{others}"
 
 
 def parameter_rows(calibration: Calibration) -> list[tuple[str, ...]]:
@@ -120,7 +111,7 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
     -------
     str
         Head, and a table with a row for each run and output; "~" marks a noise that was estimated. Last, what the FMU's
-        description breaks of the standard.
+        description says against its use.
     """
     fmu, parameters = simulator.fmu, simulator.equations.parameters
     kind = "co-simulation" if fmu.interface == "CoSimulation" else "model exchange"
@@ -137,12 +128,11 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
         f"{len(campaign.runs)} runs ({', '.join(by_use)}), inputs {', '.join(campaign.inputs) or 'none'}, "
         f"parameters to fit {free}"
     )
-    broken = _broken_rules_sentence(fmu.broken_rules)
-    return "\n\n".join((head, table_text(CHECKED, rows), *([broken] if broken else [])))
+    return "\n\n".join((head, table_text(CHECKED, rows), *remarks_on(campaign, fmu)))
 
 
 def attention(calibration: Calibration) -> list[str]:
-    """List what needs attention: parameters, runs to check on, rules that the description breaks.
+    """List what needs attention: parameters, runs to check on, the FMU's description.
 
     Parameters
     ----------
@@ -165,8 +155,7 @@ def attention(calibration: Calibration) -> list[str]:
             said.append(f"{words}: {', '.join(ids)}")
     if not any(run.use == "validate" for run in calibration.campaign.runs):
         said.append('no run has use = "validate": nothing tells how well the FMU predicts')
-    broken = _broken_rules_sentence(calibration.broken_rules)
-    return [*said, broken] if broken else said
+    return [*said, *calibration.remarks]
 
 
 def summary_text(calibration: Calibration) -> str:

@@ -61,6 +61,23 @@ def test_a_description_that_breaks_a_rule_beyond_the_schema_is_told_and_runs(fol
     assert "Variable &#34;force&#34;" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
+def test_uneven_rows_for_an_fmu_of_equal_steps_are_told(folder, tmp_path):
+    files = content()
+    promise = b' canHandleVariableCommunicationStepSize="true"'
+    assert promise in files["modelDescription.xml"]
+    equal = files | {"modelDescription.xml": files["modelDescription.xml"].replace(promise, b"")}
+    table = pd.read_csv(folder / "a.csv")
+    for rows, archive, told in (
+        (table, equal, False),
+        (table.drop(index=7), equal, True),
+        (table.drop(index=7), files, False),
+    ):
+        rows.to_csv(folder / "a.csv", index=False)
+        done = run(check, "--model", write(tmp_path / "small.fmu", archive), folder, "--quiet")
+        assert done.exit_code == 0, done.output
+        assert ("a.csv are not evenly spaced, and the FMU does not promise" in done.output) == told
+
+
 def test_thirty_readings_of_noise_alone_are_no_missing_model(folder, tmp_path):
     """Noise whose RMS is by chance 1.1 times what is stated, as in one of four sets of so few readings."""
     table = pd.read_csv(folder / "a.csv").iloc[:30]
