@@ -71,6 +71,18 @@ def keep(names: dict[str, Any]) -> None:
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
 
 
+def forget_repeated(folder: str) -> None:
+    """Leave one entry of a folder in the module search path: pythonfmu 0.7 adds one at each instantiation.
+
+    Parameters
+    ----------
+    folder
+        Folder of the resources, as pythonfmu names it.
+    """
+    for _ in range(sys.path.count(folder) - 1):
+        sys.path.remove(folder)
+
+
 class Slave(Fmi2Slave):
     """One instance: a buffer, the time, and whether the outputs still hold.
 
@@ -83,6 +95,7 @@ class Slave(Fmi2Slave):
     def __init__(self, **kwargs: Any) -> None:
         """Make the buffer with its start values."""
         super().__init__(**kwargs)
+        forget_repeated(str(self.resources))
         keep(vars(sys.modules[PLAN["module"]]))
         self.modelName = PLAN["identifier"]
         self._values = array("d", PLAN["start"])

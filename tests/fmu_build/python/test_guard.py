@@ -86,6 +86,14 @@ def played(seed: int, calls: int = 120) -> tuple[list[Any], list[str]]:
     return seen, client.messages
 
 
+def test_the_module_search_path_does_not_grow_with_every_instance():
+    """Pythonfmu's loader adds the folder each time, and a host that steps 200 draws makes 200 instances."""
+    client = Client(fmu("joint4", "python"))
+    before = sorted(sys.path)
+    client.fmi.instantiate()
+    assert sorted(sys.path) == before
+
+
 def test_plain_calls_do_without_python(through_python):
     client = Client(fmu("joint4", "python")).start().go()
     through_python.clear()
