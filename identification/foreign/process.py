@@ -56,6 +56,7 @@ class ForeignFmu:
         self.path, self.limit_s = path, limit_s
         self._folder = Path(tempfile.mkdtemp(prefix="haptid_fmu_"))
         self._child: Any = None
+        self._simulated = 0
         self._connection: Connection | None = None
         try:
             self._bind(unpack_checked(path, self._folder))
@@ -140,19 +141,13 @@ class ForeignFmu:
         ReportedError
             Where the FMU reports an error, or gives an output that is no number.
         NumericalError
-            Where the FMU ends its process, or gives no answer in time.
+            Where the FMU ends a fresh process, or gives no answer in time.
         """
         self._check([*start, *inputs, *outputs])
         request = Request(
             t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs), linear=linear
         )
-        try:
-            connection = self._start()
-            connection.send(request)
-            answer = self._answer(connection, self.limit_s, "no answer")
-        except (EOFError, ConnectionError):
-            self._child.join()
-            self._fail(f"its own code ended the process ({_how(self._child.exitcode)})")
+        answer = self._ask(request)
         if isinstance(answer, str):
             raise ReportedError(self._message_of(answer))
         y = np.asarray(answer)
@@ -162,6 +157,25 @@ class ForeignFmu:
             at = f"at t = {request.t[row]:g} s (row {row + 1})"
             raise ReportedError(self._message_of(f"its output {outputs[column]} is {y[row, column]} {at}"))
         return y
+
+    def _ask(self, request: Request) -> Any:
+        """Return a child's answer. One that has simulated before may end of that, so that a fresh one is asked again.
+
+        OpenModelica's FMUs take a key of the thread library at each loading and keep it: a process has 1,024 of them.
+        """
+        while True:
+            try:
+                connection = self._start()
+                connection.send(request)
+                answer = self._answer(connection, self.limit_s, "no answer")
+            except (EOFError, ConnectionError):
+                self._child.join()
+                if not self._simulated:
+                    self._fail(f"its own code ended the process ({_how(self._child.exitcode)})")
+                self._stop()
+            else:
+                self._simulated += 1
+                return answer
 
     def close(self) -> None:
         """End the child and remove the unpacked files."""
@@ -188,7 +202,7 @@ class ForeignFmu:
             self._child = context.Process(target=serve, args=(there, self._unpacked), daemon=True)
             self._child.start()
             there.close()
-            self._connection = here
+            self._connection, self._simulated = here, 0
             self._answer(here, THRESHOLDS.longest_start_of_process_s, "its process was not ready")
         return self._connection
 
@@ -213,7 +227,7 @@ def _adopt(unpacked: Unpacked, limit_s: float) -> ForeignFmu:
     if found is None:
         found = ForeignFmu.__new__(ForeignFmu)
         found.path, found.limit_s, found._folder = unpacked.path, limit_s, unpacked.folder
-        found._child = found._connection = None
+        found._child, found._simulated, found._connection = None, 0, None
         found._bind(unpacked)
         _of_this_process[unpacked.folder] = found
     return found

@@ -58,6 +58,8 @@ STEPS = {
     "integrates": "x += h * u; return 0;",
     "crashes": "volatile int *p = 0; *p = 1; return 0;",
     "aborts": "abort();",
+    "wears out": "const char *n = getenv(\"SMALL_RUNS\"); char now[2] = {n ? *n : 'a', 0}; "
+    "if (t == 0.0) { if (*now == 'd') abort(); ++*now; setenv(\"SMALL_RUNS\", now, 1); } x += h * u; return 0;",
     "exits": "exit(0);",
     "hangs": "for (volatile int i = 0;; i++) {} return 0;",
     "prints": 'for (int i = 0; i < 200000; i++) fprintf(i % 2 ? stderr : stdout, "a line without end\\n"); '

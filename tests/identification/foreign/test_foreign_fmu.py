@@ -62,6 +62,12 @@ def test_what_ends_the_fmu_is_one_line(step, told, tmp_path):
             assert len(line) <= 300
 
 
+def test_a_process_that_wears_out_is_replaced(tmp_path):
+    """OpenModelica's FMUs end a process at their 1,023rd instance; this one at its fourth."""
+    with ForeignFmu(write(tmp_path / "small.fmu", content("wears out"))) as fmu:
+        assert len({simulated(fmu).tobytes() for _ in range(8)}) == 1
+
+
 def test_a_hang_is_ended_in_time_and_nothing_is_left(tmp_path):
     with ForeignFmu(write(tmp_path / "small.fmu", content("hangs")), limit_s=0.5) as fmu:
         fmu._start()  # what its process takes to begin does not count
