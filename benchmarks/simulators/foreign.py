@@ -1,9 +1,9 @@
 """Calibration of FMUs that are not ours: values, error bars and time, and the time per simulation beside ModestPy's.
 
-Reference FMUs of the FMI project (FMI 2.0 and 3.0, one with events), FMUs by stock pythonfmu and pythonfmu3, and the
-two FMUs that ModestPy's package carries (by JModelica.org). Each is simulated by FMPy at stated values, white noise is
-added, and ``haptid identify`` starts from other values. SYNTHETIC. The reference FMUs lie beside the checkout; ModestPy
-and pythonfmu3 get environments of their own. Results go to ``docs/results/foreign_fmus.json`` and to the page on
+Reference FMUs of the FMI project (FMI 2.0 and 3.0, one with events), FMUs by stock pythonfmu and pythonfmu3, two of
+OpenModelica that gemseo-fmu's package carries, and the two that ModestPy's carries (by JModelica.org). Each is simulated by FMPy at stated values, white noise is
+added, and ``haptid identify`` starts from other values. SYNTHETIC. The reference FMUs lie beside the checkout; ModestPy,
+pythonfmu3 and gemseo-fmu get environments of their own. Results go to ``docs/results/foreign_fmus.json`` and to the page on
 foreign FMUs.
 """
 
@@ -70,6 +70,9 @@ SLAVE3 = (
 """The same for FMI 3.0, whose variables include time."""
 PYTHONFMU3 = Environment(name="pythonfmu3", requirements=("pythonfmu3==0.3.4",))
 """Environment of another generator, of FMI 3.0; what it builds brings its own code along."""
+
+GEMSEO_FMU = Environment(name="gemseo_fmu", requirements=("--no-deps", "gemseo-fmu==3.1.1"))
+"""Environment of a package that carries FMUs of OpenModelica; its own code is not run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,6 +142,7 @@ def cases(folder: Path) -> Iterator[Case]:
                 "damping": {"initial": 0.5, "lower": 0.01, "upper": 10.0},
             },
         )  # fmt: skip
+    yield from _of_openmodelica()
     yield from _of_modestpy()
 
 
@@ -158,6 +162,34 @@ def _springs(folder: Path) -> Iterator[tuple[str, Path]]:
         click.echo(f"pythonfmu3: {reason}", err=True)
         return
     yield "pythonfmu3", Path(done.stdout.strip().splitlines()[-1])
+
+
+def _of_openmodelica() -> Iterator[Case]:
+    try:
+        place = next(GEMSEO_FMU.ready().parents[1].rglob("gemseo_fmu/problems/fmu_files/linux"))
+    except (NotInstalled, StopIteration) as reason:
+        click.echo(f"gemseo-fmu: {reason}", err=True)
+        return
+    words, t = "OpenModelica {}, in gemseo-fmu's package", np.linspace(0.0, 4.0, 401)
+    yield Case(
+        title="Mass_Damper", generator=words.format("1.19.3"), fmu=place / "Mass_Damper.fmu", output="y", noise=1e-4,
+        truth={"damper.d": 1.4, "mass.m": 1.3, "spring.c": 80.0}, end=4.0, rows=401,
+        inputs={"f": np.sin(5 * t) + (t > 2)},
+        parameters={
+            "damper.d": {"initial": 2.0, "lower": 0.2, "upper": 20.0},
+            "mass.m": {"initial": 2.0, "lower": 0.2, "upper": 20.0},
+            "spring.c": {"initial": 50.0, "lower": 5.0, "upper": 500.0},
+        },
+    )  # fmt: skip
+    yield Case(
+        title="ramp, with events", generator=words.format("1.20.0"), fmu=place / "ramp.fmu", output="out", noise=0.01,
+        truth={"ramp.height": 3.0, "ramp.duration": 1.7, "ramp.startTime": 0.8}, end=5.0, rows=101,
+        parameters={
+            "ramp.height": {"initial": 2.0, "lower": 0.1, "upper": 20.0},
+            "ramp.duration": {"initial": 1.0, "lower": 0.1, "upper": 4.0},
+            "ramp.startTime": {"initial": 0.5, "lower": 0.0, "upper": 3.0},
+        },
+    )  # fmt: skip
 
 
 def _of_modestpy() -> Iterator[Case]:
