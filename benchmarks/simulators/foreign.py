@@ -1,10 +1,10 @@
 """Calibration of FMUs that are not ours: values, error bars and time, and the time per simulation beside ModestPy's.
 
 Reference FMUs of the FMI project (FMI 2.0 and 3.0, one with events), FMUs by stock pythonfmu and pythonfmu3, two of
-OpenModelica that gemseo-fmu's package carries, and the two that ModestPy's carries (by JModelica.org). Each is simulated by FMPy at stated values, white noise is
-added, and ``haptid identify`` starts from other values. SYNTHETIC. The reference FMUs lie beside the checkout; ModestPy,
-pythonfmu3 and gemseo-fmu get environments of their own. Results go to ``docs/results/foreign_fmus.json`` and to the page on
-foreign FMUs.
+OpenModelica that gemseo-fmu's package carries, and two of JModelica.org that ModestPy's package carries. Each is
+simulated by FMPy at stated values, white noise is added, and ``haptid identify`` starts from other values. SYNTHETIC.
+The reference FMUs lie beside the checkout; ModestPy, pythonfmu3 and gemseo-fmu get environments of their own. Results
+go to ``docs/results/foreign_fmus.json`` and to the page on foreign FMUs.
 """
 
 from __future__ import annotations
