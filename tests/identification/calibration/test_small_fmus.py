@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from haptid.identification.calibration.calibrate import largest_residual_of_noise
 from haptid.identification.calibration.difference_steps import choose
 from haptid.identification.calibration.start_values import with_starts
 from haptid.identification.run import main as identify
@@ -84,16 +85,23 @@ def test_thirty_readings_of_noise_alone_are_no_missing_model(folder, tmp_path):
     ideal = 2.0 + np.concatenate(([0.0], np.cumsum(np.diff(table["time_s"]) * table["force_N"][:-1])))
     noise = np.random.default_rng(4).standard_normal(len(table))
     noise -= noise.mean()
-    for rms, outcome in ((1.1, "converged"), (1.8, "above_noise")):
-        table["position"] = ideal + 0.01 * rms * noise / np.sqrt(np.mean(noise**2))
-        table.to_csv(folder / "a.csv", index=False)
-        text = CAMPAIGN.replace('{ column = "position" }', '{ column = "position", noise = 0.01 }')
-        (folder / "campaign.toml").write_text(text, encoding="utf-8")
-        fmu = write(tmp_path / "small.fmu", content())
-        done = run(identify, "--model", fmu, folder, "--out", tmp_path / "out", "--quiet", "--workers", "1")
-        assert done.exit_code == 0, done.output
-        (one,) = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))["configurations"]
-        assert one["outcome"] == outcome
+    table["position"] = ideal + 0.011 * noise / np.sqrt(np.mean(noise**2))
+    table.to_csv(folder / "a.csv", index=False)
+    text = CAMPAIGN.replace('{ column = "position" }', '{ column = "position", noise = 0.01 }')
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    fmu = write(tmp_path / "small.fmu", content())
+    done = run(identify, "--model", fmu, folder, "--out", tmp_path / "out", "--quiet", "--workers", "1")
+    assert done.exit_code == 0, done.output
+    (one,) = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))["configurations"]
+    assert one["outcome"] == "converged"
+
+
+def test_the_residual_that_noise_alone_leaves():
+    rng = np.random.default_rng(1)
+    for readings in (30, 300):
+        rms = np.sqrt(np.mean(rng.standard_normal((4000, readings)) ** 2, axis=1))
+        assert 0.0002 < np.mean(rms > largest_residual_of_noise(readings)) < 0.01
+    assert largest_residual_of_noise(10_000) < 1.03
 
 
 def test_an_initial_state_is_identified_with_the_noise_estimated(folder, tmp_path):
