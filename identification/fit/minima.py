@@ -16,7 +16,7 @@ from haptid.identification.optimise.basins import sort_into_basins
 from haptid.identification.optimise.homotopy import descend
 from haptid.identification.optimise.levenberg_marquardt import Descent
 from haptid.identification.optimise.starts import sobol_starts
-from haptid.identification.optimise.workers import Workers
+from haptid.identification.optimise.workers import Tell, Workers, tell_nobody
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin
 from haptid.identification.result.outcome import NoStartError
@@ -74,7 +74,7 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
         report(len(done))
         return _more(problem, done)
 
-    descents = workers.until(descend_from, [(problem, theta) for theta in starts], more)
+    descents = workers.until(descend_from, [(problem, theta) for theta in starts], more, what="start")
     basins = sort_into_basins(problem, descents)
     if not basins:
         files = ", ".join(run.file for run in problem.runs)
@@ -83,7 +83,7 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
     return Minima(descents=tuple(descents), basins=basins)
 
 
-def descend_from(problem: Problem, theta: Array) -> Descent:
+def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> Descent:
     """Follow one start to a minimum; a worker runs it.
 
     Parameters
@@ -92,12 +92,14 @@ def descend_from(problem: Problem, theta: Array) -> Descent:
         Problem to minimise.
     theta
         Parameters of the start, shape (n_p,); the initial states start at the first samples.
+    tell
+        Told how far the start is.
 
     Returns
     -------
     Descent
     """
-    return descend(problem, problem.first(theta))
+    return descend(problem, problem.first(theta), tell)
 
 
 def _more(problem: Problem, done: Sequence[Descent]) -> int:
