@@ -436,8 +436,11 @@ def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
     remark = search.remark if isinstance(search, SearchByPosition) else ""
     if remark:
         listener.note(remark)
-    listener.progress(search.title)
-    finding = search.find(listener.progress)
+
+    def tell(title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
+        listener.progress(f"{search.title}: {title}", done, total, figures)
+
+    finding = search.find(tell)
     data = finding_json(finding, measured=job.campaign.measured, seed=job.seed)
     made = Missing(
         finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign,

@@ -105,9 +105,12 @@ def _calibrate(
     with warnings_on_stderr():
         read = read_foreign_campaign(campaign, model)
     with ForeignFmu(read.model, limit_s=limit_s) as fmu, listening(quiet=options.quiet) as listener:
-        name, starts = read.model.name, options.starts
-        listener.progress(name, 0, starts)
-        calibration = calibrate(read, fmu, options, lambda done: listener.progress(name, done, starts))
+        listener.progress(read.model.name, 0, 1)
+
+        def tell(share: float, figures: str) -> None:
+            listener.progress(read.model.name, share, 1, figures)
+
+        calibration = calibrate(read, fmu, options, tell)
     data = calibration_json(calibration, provenance(options, word_this_command()), out)
     write_json(out / "identification.json", data)
     write_page(out / "report.html", calibration_page(calibration, data))

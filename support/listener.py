@@ -26,8 +26,14 @@ class Progress(Protocol):
         """
 
 
-def _ignore_progress(title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
-    """Take the state of a computation, and do nothing."""
+def ignore_progress(title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
+    """Take the state of a computation, and do nothing.
+
+    Parameters
+    ----------
+    title, done, total, figures
+        As for `Progress`.
+    """
 
 
 def _ignore(text: str) -> None:
@@ -52,6 +58,6 @@ class Listener:
         Called with the summary of each part that is finished and written.
     """
 
-    progress: Progress = _ignore_progress
+    progress: Progress = ignore_progress
     note: Callable[[str], None] = _ignore
     finished: Callable[[Told], None] = _ignore_told

@@ -84,13 +84,12 @@ def _infer_foreign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
         workers_of(settings["scheduler"], settings["workers"]) as pool,
         listening(quiet=settings["quiet"]) as listener,
     ):
-        title, longest = fmu.path.name, options.longest
-        listener.progress(title, 0, longest)
+        listener.progress(fmu.path.name, 0, 1)
 
-        def report(steps: int, tau: float, effective: float) -> None:
-            listener.progress(title, steps, longest, f"τ {tau:.1f}, ESS {effective:.0f}")
+        def tell(share: float, figures: str) -> None:
+            listener.progress(fmu.path.name, share, 1, figures)
 
-        posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, report)
+        posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, tell)
     data = with_null(posterior_json(posterior, seed))
     write_json(out / "posterior.json", data)
     save_foreign_draws(posterior, out / "parameters_posterior.csv", seed)

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +45,7 @@ class Minima:
         return min(self.descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
 
 
-def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None] = lambda _: None) -> Minima:
+def find_minima(problem: Problem, workers: Workers) -> Minima:
     """Follow starts around the first guess to their minima, until enough of them share the best one.
 
     Parameters
@@ -54,8 +54,6 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
         Problem to minimise.
     workers
         Workers that run the starts.
-    report
-        Called with the number of starts that are done, before each further one.
 
     Returns
     -------
@@ -71,7 +69,6 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
     starts = sobol_starts(problem.parametrisation, first, options.starts, options.seed)
 
     def more(done: Sequence[Descent]) -> int:
-        report(len(done))
         return _more(problem, done)
 
     descents = workers.until(descend_from, [(problem, theta) for theta in starts], more, what="start")
