@@ -104,7 +104,7 @@ def _more(problem: Problem, done: Sequence[Descent]) -> int:
     options = problem.options
     basins = sort_into_basins(problem, done)
     if not basins:
-        return 1
+        return options.agree
     # Above the noise the residual cannot confirm that a minimum is the best: more starts must agree on it.
     quiet = basins[0].over_noise <= options.tolerance
     return max((options.agree if quiet else THRESHOLDS.agreeing_starts_above_noise) - len(basins[0].starts), 0)
