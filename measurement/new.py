@@ -26,7 +26,7 @@ from haptid.measurement.making.prepared import (
     describe_drives,
     prepare_tables,
 )
-from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step
+from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step, assume_facts
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
@@ -57,7 +57,7 @@ def make_campaign(
     Returns
     -------
     dict
-        Folder, title, device and runs of the campaign.
+        Folder, title, device and runs of the campaign, and what --yes assumed.
 
     Raises
     ------
@@ -67,9 +67,13 @@ def make_campaign(
     """
     refuse_overwrite(out)
     tables, layouts = _tables(folder)
-    answers = _answers(folder, tables, dict(flags), parse_map(maps))
+    yes, assumed = bool(flags.pop("yes", False)), list[str]()
+    asks, given = _can_ask() and not yes, dict(flags)
+    if yes:
+        given, assumed = assume_facts(folder, tables, given)
+    answers = _answers(folder, tables, given, parse_map(maps), asks=asks)
     prepared = prepare_tables(tables, answers)
-    answers = _with_constant(answers, prepared)
+    answers = _with_constant(answers, prepared, asks=asks)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
@@ -81,6 +85,8 @@ def make_campaign(
             out.rmdir()
         shutil.move(inner, out)
     click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
+    if assumed:
+        click.echo("\n".join(["assumed, unless a flag says otherwise:", *(f"  {sentence}" for sentence in assumed)]))
     device = campaign.device.replace(str(inner), str(out))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {device}"
@@ -93,7 +99,7 @@ def make_campaign(
     }
     runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
     head = {"campaign": str(out), "title": campaign.title, "device": device, "measured": campaign.measured}
-    return {**head, "understood": understood, "runs": runs}
+    return {**head, "understood": understood, "runs": runs, "assumed": assumed}
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:
@@ -149,9 +155,11 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
     return [one.table for one in read], [f"{one.table.file_name}: {one.about}" for one in read if one.about]
 
 
-def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target]) -> Answers:
+def _answers(
+    folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target], *, asks: bool
+) -> Answers:
     names = [table.file_name for table in tables]
-    if _can_ask():
+    if asks:
         flags = ask_facts(folder, tables, flags)
         if flags["resolution"] is None and _holds_counts(tables, stated):
             flags["resolution"] = ask_step()
@@ -185,12 +193,12 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
     )
 
 
-def _with_constant(answers: Answers, prepared: list[PreparedTable]) -> Answers:
+def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: bool) -> Answers:
     """Return the answers with the torque of an ampere, where a current was recorded in place of a torque."""
     keys = current_constants(prepared)
     if answers.torque_constant is not None or not keys:
         return answers
-    if _can_ask():
+    if asks:
         return replace(answers, torque_constant=ask_constant(next(iter(keys.values()))))
     (joint, key), *_ = keys.items()
     unit = "N/A" if key.startswith("force") else "N m/A"

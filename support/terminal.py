@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 LINE_EVERY_S = 10.0
 """Shortest interval between two plain lines of the same computation [s]."""
+FIRST_LINE_AFTER_S = 2.0
+"""Time that a computation takes before a log hears of it [s]."""
+LINES_OF_STEPS_EVERY_S = 1.0
+"""Shortest interval between two plain lines of different steps [s]."""
 LONGEST_INTERVAL_S = 60.0
 """Interval between plain lines of a computation that runs for long [s]."""
 SHARE_OF_ELAPSED = 0.1
@@ -223,7 +227,7 @@ class Display:
         now = self.now()
         elapsed = now - (now if self._began is None else self._began)
         interval = min(max(SHARE_OF_ELAPSED * elapsed, LINE_EVERY_S), LONGEST_INTERVAL_S)
-        if now - self._line_at < (1.0 if new else interval):
+        if elapsed < FIRST_LINE_AFTER_S or now - self._line_at < (LINES_OF_STEPS_EVERY_S if new else interval):
             return
         share = "" if state.share is None else f" {100.0 * state.share:.0f} %,"
         figures = f"; {state.figures}" if state.figures else ""
