@@ -114,6 +114,7 @@ def _begin(study: Study, base: Base, tell: Progress) -> _Begun:
     white, plain = under_own_noise(study, base)
     entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
+    tell("tests of the nominal model")
     start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
     return _Begun(study=study, base=base, white=white, start=start, searcher=s, first=first)
 

@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 from haptid.identification.optimise.workers import Enough, Tell, Watch, Workers
 
 T = TypeVar("T")
-SHARE_OF_STAGE = 0.7
-"""Share that a stage takes of what is left [1]: of most joints the first stage is most of the work."""
+SHARE_OF_STAGE = 0.5
+"""Share that a stage takes of what is left [1]: a joint is fitted in one to five stages of like length."""
 
 
 @dataclass(slots=True, kw_only=True)

@@ -38,8 +38,8 @@ def test_a_log_gets_few_lines(capsys: pytest.CaptureFixture[str]):
     told = capsys.readouterr().err
     lines = told.splitlines()
     assert 2 <= len(lines) <= 1 + 100.0 / LINE_EVERY_S
-    assert lines[0] == "joint 4 (1 of 2): 2 %, 0:02; start 20"
-    assert lines[1] == "joint 4 (1 of 2): 12 %, 0:12, about 1:28 left; start 121"
+    assert lines[0] == "joint 4 (1 of 2): 2 %, 0:02, about 1:38 left; start 21"
+    assert lines[1] == "joint 4 (1 of 2): 12 %, 0:12, about 1:28 left; start 122"
     assert "\r" not in told
 
 

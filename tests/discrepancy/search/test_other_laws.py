@@ -85,7 +85,7 @@ def test_the_fmu_has_the_law(campaign: Path, found: dict) -> None:
 def screened(study: Study) -> tuple[OtherLaw, ...]:
     begun = _begin(*fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress), ignore_progress)
     assert not begun.start.adequate
-    return other_laws(begun.study, begun.start, begun.white, lambda _: None)
+    return other_laws(begun.study, begun.start, begun.white, ignore_progress)
 
 
 def test_no_law_takes_the_place_of_a_hidden_spring(tmp_path: Path) -> None:
