@@ -57,7 +57,7 @@ def worked(hidden: Mapping[int, Mapping[str, float]], scatter: Scatter, seed: in
         write_campaign(folder, header("coupled test, synthetic", "freedom6s", SENSOR), runs, joints=6)
         study = coupled_study_of(prepare(read_campaign(folder)), (0, 1), catalogue(), {}, threads=2)
         began = time.perf_counter()
-        found = find(study, folder / "out", kind="native", seed=0, starts=4, tell=lambda _: None)
+        found = find(study, folder / "out", kind="native", seed=0, starts=4, tell=ignore_progress)
     gap, judgement = found.gaps["validate"], found.judgement
     names = [e.key for e in judgement.effects] if judgement.verdict != "nothing_missing" else []
     others = [" + ".join(t.candidate.ids) for t in judgement.alternatives if judgement.verdict == "ambiguous"]

@@ -15,6 +15,7 @@ from haptid.measurement.format.reading import is_foreign, read_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import progress
+from haptid.support.numbers import count_of
 from haptid.support.terminal import show
 
 
@@ -88,7 +89,7 @@ def _counts(campaign: Campaign) -> str:
     note = f"\nno validation run for {names}: the last third of the longest run will be held out" if lacking else ""
     return (
         f"device {campaign.device}, {campaign.label} data, torque between rows: {campaign.hold}, "
-        f"{len(campaign.runs)} runs ({', '.join(by_use)}), free joints {kinds}{note}"
+        f"{count_of(len(campaign.runs), 'run')} ({', '.join(by_use)}), free joints {kinds}{note}"
     )
 
 

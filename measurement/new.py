@@ -36,6 +36,7 @@ from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import parse_joints, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, write_bytes, write_text
+from haptid.support.numbers import count_of
 
 
 def make_campaign(
@@ -79,7 +80,7 @@ def make_campaign(
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         inner = Path(draft) / out.name
         _write(inner, prepared, answers)
-        with warnings_on_stderr():
+        with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
         if out.exists():
             out.rmdir()
@@ -89,7 +90,7 @@ def make_campaign(
         click.echo("\n".join(["assumed, unless a flag says otherwise:", *(f"  {sentence}" for sentence in assumed)]))
     device = campaign.device.replace(str(inner), str(out))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
-    about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {device}"
+    about = f"{count_of(len(campaign.runs), 'run')}, free joints {kinds}, {campaign.label} data, device {device}"
     click.echo(f"wrote {out}: {about}")
     click.echo(f"next: {word_command('check', 'measurement.check')} {out}")
     understood = {

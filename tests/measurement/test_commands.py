@@ -86,6 +86,32 @@ def test_the_one_device_file_among_the_tables_is_proposed(tables):
     assert propose_device(tables) == "single_joint"
 
 
+def test_new_warns_of_the_users_folder_and_not_of_its_draft(tables, tmp_path):
+    frame = pd.read_csv(tables / "one.csv").assign(humidity=40.0)
+    frame.to_csv(tables / "one.csv", index=False)
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *MAPS)
+    (line,) = [line for line in result.stderr.splitlines() if line.startswith("warning")]
+    assert line == f"warning: {tables}: columns that the format does not know are kept and not used: humidity"
+
+
+@pytest.mark.parametrize(
+    ("maps", "lacking"),
+    [
+        (["ms=time_s*0.001", "deg=position_2_rad"], "; no torque: use --map 'tau=torque_0_Nm'"),
+        (["tau=torque_2_Nm", "deg=position_2_rad"], "; no time: use --map"),
+        (
+            ["ms=time_s*0.001", "tau=torque_1_Nm", "deg=position_2_rad"],
+            "; no torque and position of one joint: use --map",
+        ),
+    ],
+)
+def test_new_says_which_column_lacks(tables, tmp_path, maps, lacking):
+    flags = [word for one in maps for word in ("--map", one)]
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *flags)
+    assert result.exit_code == 2
+    assert lacking in result.stderr
+
+
 @pytest.mark.parametrize(
     ("names", "proposed"),
     [
