@@ -19,6 +19,7 @@ from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import read_truth
 from haptid.virtual_device.recording.campaign import header

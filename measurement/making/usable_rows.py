@@ -107,8 +107,8 @@ def _mostly_empty(table: Table, needed: Sequence[str], empty: Mask) -> InputErro
     column = next(name for name in needed if pd.isna(table.frame[name].iloc[row]))
     most = f"{100 * THRESHOLDS.largest_share_of_rows_left_out:.0f} %"
     todo = (
-        f"{int(empty.sum())} of {len(empty)} rows have one, and at most {most} are left out: fill them, or bring signals "
-        "of different rates to one rate"
+        f"{int(empty.sum())} of {len(empty)} rows have one, and at most {most} are left out: fill them, or bring "
+        "signals of different rates to one rate"
     )
     return InputError(f"{table.row(row)}, {column}", expected="a finite number", got="an empty or NaN cell", todo=todo)
 

@@ -101,7 +101,7 @@ def test_new_warns_of_the_users_folder_and_not_of_its_draft(tables, tmp_path):
         (["tau=torque_2_Nm", "deg=position_2_rad"], "; no time: use --map"),
         (
             ["ms=time_s*0.001", "tau=torque_1_Nm", "deg=position_2_rad"],
-            "; no torque and position of one joint: use --map",
+            "; no torque and position of one joint",
         ),
     ],
 )
