@@ -47,9 +47,8 @@ def readme_text(data: dict[str, Any]) -> str:
     return (
         f"Measured on {data['machine']} with Python {data['python']} on {data['date']} (load {data['load'][0]:.1f}): "
         f"`python -m venv` and `pip install .` take {_seconds(first)} and {first['disk_mb']:.0f} MB of disk, "
-        f"{_seconds(again)} where pip has the packages already; `make fmu` in a new environment takes {_seconds(fmus)}, "
-        f"the installation included, and {fmus['disk_mb']:.0f} MB. `pip install .` leaves out what no command but "
-        "`haptid posterior` needs."
+        f"{_seconds(again)} where pip has the packages already; `make fmu` in a new environment takes "
+        f"{_seconds(fmus)}, the installation included, and {fmus['disk_mb']:.0f} MB."
     )
 
 
@@ -89,7 +88,9 @@ def disk_mb(folder: Path) -> float:
 def _timed(commands: list[list[str]], folder: Path, **environment: str) -> float:
     begun = time.perf_counter()
     for command in commands:
-        done = subprocess.run(command, cwd=folder, env=os.environ | environment, check=False, capture_output=True, text=True)
+        done = subprocess.run(
+            command, cwd=folder, env=os.environ | environment, check=False, capture_output=True, text=True
+        )
         if done.returncode:
             sys.exit(f"{' '.join(command)}: {done.stderr[-2000:]}")
     return time.perf_counter() - begun
@@ -123,7 +124,10 @@ def measure(work: Path) -> dict[str, Any]:
         ["make", "fmu", f"PYTHON={place / 'bin' / 'python'}"],
     ]
     fresh = {"PIP_CACHE_DIR": str(work / "none"), "HAPTID_CACHE": str(work / "cache")}
-    steps["make_fmu"] = {"wall_s": _timed(commands, clone, **fresh), "disk_mb": disk_mb(place) + disk_mb(work / "cache")}
+    steps["make_fmu"] = {
+        "wall_s": _timed(commands, clone, **fresh),
+        "disk_mb": disk_mb(place) + disk_mb(work / "cache"),
+    }
     click.echo(f"make fmu: {steps['make_fmu']}")
     return steps
 
@@ -136,7 +140,8 @@ def main(*, page: bool) -> None:
         with tempfile.TemporaryDirectory() as work:
             steps = measure(Path(work))
         write_json(STORED, {
-            "command": "python -m benchmarks.install", "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+            "command": "python -m benchmarks.install",
+            "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
             "machine": f"{os.cpu_count()} cores, {platform.machine()}", "python": platform.python_version(),
             "load": [round(one, 2) for one in (load[0], os.getloadavg()[0])], "steps": steps,
         })  # fmt: skip
