@@ -18,7 +18,7 @@ from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any, ParamSpec, TextIO, TypeVar, overload
+from typing import Any, ParamSpec, TextIO, TypeVar
 
 import click
 
@@ -244,15 +244,9 @@ def _with_folder(function: Callable[..., T]) -> Callable[..., T]:
     return wrapped  # type: ignore[return-value] # as above
 
 
-@overload
 def progress(
-    iterable: None = None, *, total: int | None = None, title: str = "", quiet: bool = False
-) -> Count[Any]: ...
-@overload
-def progress(iterable: Iterable[T], *, total: int | None = None, title: str = "", quiet: bool = False) -> Count[T]: ...
-def progress(
-    iterable: Iterable[T] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
-) -> Count[T]:
+    iterable: Iterable[Any] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
+) -> Count[Any]:
     """Count steps on stderr.
 
     Parameters
