@@ -237,20 +237,28 @@ class Display:
             self._line_at, self._line = now, line
 
     def _draw(self, state: State) -> None:
-        if self._bar is None:
+        begins = self._bar is None
+        if begins:
             self._bar = self._new_bar()
             self._bar.add_task("")
-            self._bar.start()
         (task,) = self._bar.task_ids
         self._bar.update(task, description=state.title, completed=state.share or 0.0,
                          total=None if state.share is None else 1.0, figures=state.figures)  # fmt: skip
+        if begins:
+            self._bar.start()
 
     def _new_bar(self) -> Progress:
         from rich.console import Console  # noqa: PLC0415 (a pipe needs no Rich)
-        from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TaskProgressColumn  # noqa: PLC0415
+        from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn  # noqa: PLC0415
         from rich.text import Text  # noqa: PLC0415
 
         display = self
+
+        class Share(ProgressColumn):
+            """Share that is done, where it is known."""
+
+            def render(self, task: Any) -> Text:
+                return Text(f"{task.percentage:3.0f} %" if task.total else "     ")
 
         class Words(ProgressColumn):
             """Title, times and figures, which are cut where the terminal is narrow."""
@@ -259,7 +267,7 @@ class Display:
                 figures = f" · {task.fields['figures']}" if task.fields.get("figures") else ""
                 return Text(f"{task.description} {display.times()}{figures}", overflow="ellipsis", no_wrap=True)
 
-        columns = (SpinnerColumn(), BarColumn(bar_width=12), TaskProgressColumn(), Words())
+        columns = (SpinnerColumn(), BarColumn(bar_width=12), Share(), Words())
         return Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=4,
                         redirect_stdout=False, redirect_stderr=False)  # fmt: skip
 

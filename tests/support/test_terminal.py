@@ -77,7 +77,7 @@ def test_a_terminal_gets_a_bar_that_is_taken_away(monkeypatch: pytest.MonkeyPatc
     display = Display()
     display.show("joint 4", 1, 4, "start 2 of 2")
     display.close()
-    assert "25%" in stream.getvalue()
+    assert " 25 %" in stream.getvalue()
     assert "joint 4 0:00 · start 2 of 2" in stream.getvalue()
     assert stream.getvalue().rstrip().endswith("\x1b[2K")  # the line is erased
 
