@@ -13,7 +13,7 @@ import click
 import tomli_w
 
 from haptid.measurement.commands import init as main
-from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
@@ -74,6 +74,7 @@ def make_campaign(
         given, assumed = assume_facts(folder, tables, given)
     answers = _answers(folder, tables, given, parse_map(maps), asks=asks)
     prepared = prepare_tables(tables, answers)
+    _refuse_absent_joints(prepared, str(answers.device))
     answers = _with_constant(answers, prepared, asks=asks)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
@@ -206,6 +207,21 @@ def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: boo
     todo = f"state it by --torque-constant [{unit}]; 1 where nobody knows it: masses and friction are then in amperes"
     where = f"current_{joint}_A"
     raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
+
+
+def _refuse_absent_joints(prepared: list[PreparedTable], device: str) -> None:
+    """Refuse joints that the device lacks, in words of the user's own columns."""
+    count = joint_count(device)
+    if count is None:
+        return
+    for one in prepared:
+        absent = [joint for joint in one.free if joint >= count]
+        if absent:
+            name = Path(device).name
+            columns = [column for column, target in one.targets.items() if target.name == f"position_{absent[0]}_rad"]
+            got = f"joint {absent[0]}" + (f" of column {columns[0]!r}" if columns else "")
+            todo = f"name the joint by --map '{columns[0] if columns else 'q'}=position_0_rad', or another --device"
+            raise InputError(one.file, expected=f"joints 0 to {count - 1} of {name}", got=got, todo=todo)
 
 
 def _can_ask() -> bool:

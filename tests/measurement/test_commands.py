@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -110,6 +112,15 @@ def test_new_says_which_column_lacks(tables, tmp_path, maps, lacking):
     result = run_new(tables, "--out", tmp_path / "made", "--measured", *flags)
     assert result.exit_code == 2
     assert lacking in result.stderr
+
+
+def test_new_refuses_joints_that_the_device_lacks_by_the_users_columns(tables, tmp_path):
+    arm = Path(__file__).parents[2] / "docs" / "examples" / "two_joints.urdf"
+    maps = [word.replace("_2_", "_7_") for word in MAPS]
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", "--device", arm, *maps)
+    assert result.exit_code == 2
+    assert "one.csv: expected joints 0 to 1 of two_joints.urdf, got joint 7 of column 'deg'" in result.stderr
+    assert "campaign.toml" not in result.stderr
 
 
 @pytest.mark.parametrize(
