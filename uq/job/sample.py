@@ -113,7 +113,7 @@ def _sample_joint(job: Job, configuration: Configuration, pool: Workers, stages:
     return Sampled(step=Step(configuration=configuration, fit=as_fit(found, posterior)), posterior=posterior)
 
 
-SHARES = {"fit": (0.0, 0.15), "noise model": (0.15, 0.3), "sampling": (0.3, 0.95), "diagnostics": (0.95, 1.0)}
+SHARES = {"fit": (0.0, 0.08), "noise model": (0.08, 0.18), "sampling": (0.18, 0.8), "diagnostics": (0.8, 1.0)}
 """Shares of a joint's work between which each stage is thought to lie, for those who wait [1]."""
 
 
