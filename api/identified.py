@@ -23,7 +23,7 @@ from haptid.identification.job.export import export_models
 from haptid.identification.job.identify import identify
 from haptid.identification.job.job import Identification, Job
 from haptid.identification.job.stored import stored_steps
-from haptid.identification.output.summary import summary_text
+from haptid.identification.output.summary import summary_told
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.carried_fit import FILE
@@ -44,6 +44,7 @@ from haptid.report.identification.page import Beside, identification_page
 from haptid.support.errors import InputError
 from haptid.support.installing.extras import need
 from haptid.support.listener import Listener
+from haptid.support.tables import Told, text_of
 
 if TYPE_CHECKING:
     from haptid.api.posteriors import Posteriors
@@ -423,9 +424,19 @@ class Identified:
 
     def __str__(self) -> str:
         """Return the summary that ``haptid identify`` prints."""
+        return text_of(self.told())
+
+    def told(self) -> Told:
+        """Tell what ``haptid identify`` tells at its end.
+
+        Returns
+        -------
+        list
+            Tables and sentences; the outcomes alone where stored results were read.
+        """
         if self.steps:
-            return summary_text(self.steps, self.data["verification"])
-        return str(self.outcomes().to_string())
+            return summary_told(self.steps, self.data["verification"])
+        return [str(self.outcomes().to_string())]
 
     def __repr__(self) -> str:
         """Return campaign and configurations in a line."""

@@ -38,6 +38,7 @@ from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json, write_json
 from haptid.support.listener import Listener
+from haptid.support.tables import Told, text_of
 
 FOLDER = "discrepancy"
 """Folder of findings below that of the results."""
@@ -314,8 +315,18 @@ class Missing:
 
     def __str__(self) -> str:
         """Return verdict and gaps as ``haptid missing`` prints them."""
+        return text_of(self.told())
+
+    def told(self) -> Told:
+        """Tell what ``haptid missing`` tells at its end.
+
+        Returns
+        -------
+        list
+            Verdict and gaps; the verdict alone where a stored finding was read.
+        """
         if self.finding is None:
-            return f"{self.title}: {self.verdict}. {self.sentence}"
+            return [f"{self.title}: {self.verdict}. {self.sentence}"]
         return tell_finding(self.finding, self.title, self.verdict)
 
     def __repr__(self) -> str:
@@ -425,8 +436,11 @@ def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
     remark = search.remark if isinstance(search, SearchByPosition) else ""
     if remark:
         listener.note(remark)
-    listener.progress(search.title)
-    finding = search.find(listener.progress)
+
+    def tell(title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
+        listener.progress(f"{search.title}: {title}", done, total, figures)
+
+    finding = search.find(tell)
     data = finding_json(finding, measured=job.campaign.measured, seed=job.seed)
     made = Missing(
         finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign,

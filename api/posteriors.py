@@ -28,6 +28,7 @@ from haptid.report.posterior.page import posterior_page
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 from haptid.support.listener import Listener
+from haptid.support.tables import text_of
 from haptid.uq.job.job import Job
 from haptid.uq.job.sample import Sampled, sample_joints
 from haptid.uq.job.told import tell_posterior
@@ -337,7 +338,7 @@ class Posteriors:
         """Return the summary that ``haptid posterior`` prints."""
         if not self.posteriors:
             return str(self.summary().to_string())
-        return "\n".join(tell_posterior(one) for one in self.posteriors)
+        return "\n".join(text_of(tell_posterior(one)) for one in self.posteriors)
 
     def __repr__(self) -> str:
         """Return campaign and joints in a line."""

@@ -19,6 +19,7 @@ from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import read_truth
 from haptid.virtual_device.recording.campaign import header
@@ -57,7 +58,7 @@ def worked(hidden: Mapping[int, Mapping[str, float]], scatter: Scatter, seed: in
         write_campaign(folder, header("coupled test, synthetic", "freedom6s", SENSOR), runs, joints=6)
         study = coupled_study_of(prepare(read_campaign(folder)), (0, 1), catalogue(), {}, threads=2)
         began = time.perf_counter()
-        found = find(study, folder / "out", kind="native", seed=0, starts=4, tell=lambda _: None)
+        found = find(study, folder / "out", kind="native", seed=0, starts=4, tell=ignore_progress)
     gap, judgement = found.gaps["validate"], found.judgement
     names = [e.key for e in judgement.effects] if judgement.verdict != "nothing_missing" else []
     others = [" + ".join(t.candidate.ids) for t in judgement.alternatives if judgement.verdict == "ambiguous"]

@@ -147,7 +147,7 @@ def _find(search: Prepared, stage: str, listener: Listener) -> Findings:
     made = carry_out(search, Place(out), listener)
     below = f"  written below {out}: discrepancy/{made.name}.json, .html"
     fmu = f", {made.data['fmu']}" if made.data.get("fmu") else ""
-    listener.finished(f"{made}\n{below}{fmu}")
+    listener.finished([*made.told(), f"{below}{fmu}"])
     return {made.name: made.data}
 
 
@@ -158,9 +158,7 @@ def _run_stage(search: SearchByPosition, stage: Any, listener: Listener) -> Find
     data = done.as_json(measured=job.campaign.measured)
     write_json(out / "discrepancy" / f"{name}.json", data)
     save(stage_figure(done), out / "discrepancy" / f"{name}.png")
-    listener.finished(
-        f"{search.title}: {done.sentence}\n  written below {out}: discrepancy/{name}.json, .png"
-    )  # fmt: skip
+    listener.finished([f"{search.title}: {done.sentence}", f"  written below {out}: discrepancy/{name}.json, .png"])
     return {name: data}
 
 

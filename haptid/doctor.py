@@ -19,10 +19,13 @@ from typing import Any
 
 import click
 
+from haptid.support.command import progress
 from haptid.support.declaration import IncompleteError
 from haptid.support.errors import one_line, shorten
 from haptid.support.files.cache import VARIABLE, cache_folder
 from haptid.support.installing.environment import in_clone, missing
+from haptid.support.tables import Table
+from haptid.support.terminal import is_terminal, show
 
 OLDEST_PYTHON = (3, 11)
 LEAST_FREE_BYTES = 1_000_000_000
@@ -91,10 +94,18 @@ def examine() -> dict[str, Any]:
         Where a check found a problem.
     """
     checks = []
-    for check in _checks():
-        checks.append(check)
-        todo = f": {check.todo}" if check.todo else ""
-        click.echo(f"{check.status.ljust(8)} {check.name.ljust(10)} {check.found}{todo}")
+    # A terminal gets one table at the end, and sees meanwhile what is done; a pipe gets each line as it comes.
+    drawn = is_terminal(sys.stdout)
+    with progress(title="checks", quiet=not drawn) as bar:
+        for check in _checks():
+            checks.append(check)
+            bar.update(figures=check.name)
+            if not drawn:
+                todo = f": {check.todo}" if check.todo else ""
+                click.echo(f"{check.status.ljust(8)} {check.name.ljust(10)} {check.found}{todo}")
+    if drawn:
+        rows = [(check.status, check.name, check.found, check.todo) for check in checks]
+        show([Table(header=("", "check", "found", "what to do"), rows=rows)])
     problems = [check.name for check in checks if check.status == "PROBLEM"]
     result = {"ok": not problems, "checks": [asdict(check) for check in checks]}
     if problems:

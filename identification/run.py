@@ -13,7 +13,7 @@ from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.identification.calibration.calibrate import calibrate
 from haptid.identification.calibration.result_json import calibration_json
 from haptid.identification.calibration.start_values import write_with_starts
-from haptid.identification.calibration.words import summary_text as summary_of_calibration
+from haptid.identification.calibration.words import summary_told as summary_of_calibration
 from haptid.identification.commands import identify as main
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.job.provenance import provenance, word_this_command
@@ -28,6 +28,7 @@ from haptid.report.identification.drawings import Drawings
 from haptid.support.command import listening, parse_joints
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
+from haptid.support.terminal import show
 
 
 def identify_campaign(  # noqa: PLR0913 # one argument an option
@@ -90,7 +91,7 @@ def identify_campaign(  # noqa: PLR0913 # one argument an option
             made_by=word_this_command(),
         )
         exported = complete(identified, listener, drawings, report=True, fmus=not no_export)
-    click.echo(str(identified))
+    show(identified.told())
     click.echo(f"written below {out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
     return identified.data
 
@@ -104,16 +105,19 @@ def _calibrate(
     with warnings_on_stderr():
         read = read_foreign_campaign(campaign, model)
     with ForeignFmu(read.model, limit_s=limit_s) as fmu, listening(quiet=options.quiet) as listener:
-        name, starts = read.model.name, options.starts
-        listener.progress(name, 0, starts)
-        calibration = calibrate(read, fmu, options, lambda done: listener.progress(name, done, starts))
+        listener.progress(read.model.name, 0, 1)
+
+        def tell(share: float, figures: str) -> None:
+            listener.progress(read.model.name, share, 1, figures)
+
+        calibration = calibrate(read, fmu, options, tell)
     data = calibration_json(calibration, provenance(options, word_this_command()), out)
     write_json(out / "identification.json", data)
     write_page(out / "report.html", calibration_page(calibration, data))
     write_with_starts(read.model, out / "identified.fmu", calibration.values)
     # The units of an FMU may be no units of a parameter set: each value is in its variable's own.
     write_ssv(out / "parameters.ssv", calibration.values, dict.fromkeys(calibration.values, ""))
-    click.echo(summary_of_calibration(calibration))
+    show(summary_of_calibration(calibration))
     click.echo(f"written below {out}: identification.json, report.html, identified.fmu, parameters.ssv")
     return data
 

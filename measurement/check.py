@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
 from haptid.measurement.checks.preparation import prepare_campaign
-from haptid.measurement.checks.summary import row_json, summarise, table_text
+from haptid.measurement.checks.summary import row_json, summarise, table_told
 from haptid.measurement.commands import check as main
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.format.reading import is_foreign, read_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import progress
+from haptid.support.numbers import count_of
+from haptid.support.terminal import show
 
 
 def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float) -> dict[str, Any]:
@@ -48,10 +49,9 @@ def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit
         found = read_campaign(campaign)
         prepare_campaign(found)
     click.echo(f"{found.title}\n{_counts(found)}\n")
-    bar: Any = progress(total=len(found.runs), title="check", quiet=quiet or not sys.stderr.isatty())
-    with bar:
+    with progress(total=len(found.runs), title="check", quiet=quiet) as bar:
         rows = summarise(found, report=bar.update)
-    click.echo(table_text(rows))
+    show(table_told(rows))
     head = {"title": found.title, "device": found.device, "measured": found.measured, "hold": found.hold}
     return {**head, "configurations": [list(joints) for joints in found.configurations], "runs": [*map(row_json, rows)]}
 
@@ -60,7 +60,7 @@ def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> dict[str
     """Check a campaign about an FMU as `identification.run` will, tell what is in it, and return that."""
     # A command may ask the room that will use the campaign; other campaigns do without these imports.
     from haptid.identification.calibration.calibrate import simulator_of, try_all_runs  # noqa: PLC0415
-    from haptid.identification.calibration.words import checked_text  # noqa: PLC0415
+    from haptid.identification.calibration.words import checked  # noqa: PLC0415
     from haptid.identification.foreign.process import ForeignFmu  # noqa: PLC0415
 
     with warnings_on_stderr():
@@ -68,7 +68,7 @@ def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> dict[str
     with ForeignFmu(found.model, limit_s=limit_s) as fmu:
         simulator = simulator_of(found, fmu)
         try_all_runs(found, simulator)
-        click.echo(checked_text(found, simulator))
+        show(checked(found, simulator))
     runs = [{"file": run.file, "use": run.use, "rows": int(run.t.size)} for run in found.runs]
     return {
         "title": found.title,
@@ -89,7 +89,7 @@ def _counts(campaign: Campaign) -> str:
     note = f"\nno validation run for {names}: the last third of the longest run will be held out" if lacking else ""
     return (
         f"device {campaign.device}, {campaign.label} data, torque between rows: {campaign.hold}, "
-        f"{len(campaign.runs)} runs ({', '.join(by_use)}), free joints {kinds}{note}"
+        f"{count_of(len(campaign.runs), 'run')} ({', '.join(by_use)}), free joints {kinds}{note}"
     )
 
 

@@ -21,6 +21,7 @@ EXAMPLES_OF_INIT = """
 haptid init my_tables --out my_campaign
 haptid init my_tables --out my_campaign --measured --validate 'val_*.csv' --noise 1e-4
 haptid init my_tables --out my_campaign --measured --device arm.urdf
+haptid init my_tables --out my_campaign --yes
 haptid init my_tables --out my_campaign --measured --map 'tau=torque_0_Nm' --json
 """
 WRITES = {
@@ -76,12 +77,16 @@ def check(**settings: Any) -> Any:
 @click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
               help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
 @click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
+@click.option("--yes", is_flag=True, help="Ask nothing: take what would be proposed, and say what was assumed.")
 @exit_codes
 @json_option
 def init(**settings: Any) -> Any:
     """Make a campaign from the CSV, text or Parquet tables in FOLDER, one run each, or from recordings.
 
-    FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
+    FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask. With
+    --yes nothing is asked: the data count as measured, a device file in FOLDER is taken, runs named val… or
+    validation… are kept from every fit, noise is estimated, and each of these is told. What has no proposal (the angle
+    of an encoder count, the torque of an ampere) is still needed as a flag.
 
     Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
     converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,

@@ -13,7 +13,7 @@ import click
 import tomli_w
 
 from haptid.measurement.commands import init as main
-from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
@@ -26,7 +26,7 @@ from haptid.measurement.making.prepared import (
     describe_drives,
     prepare_tables,
 )
-from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step
+from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step, assume_facts
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
@@ -36,6 +36,7 @@ from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import parse_joints, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, write_bytes, write_text
+from haptid.support.numbers import count_of
 
 
 def make_campaign(
@@ -57,7 +58,7 @@ def make_campaign(
     Returns
     -------
     dict
-        Folder, title, device and runs of the campaign.
+        Folder, title, device and runs of the campaign, and what --yes assumed.
 
     Raises
     ------
@@ -67,23 +68,30 @@ def make_campaign(
     """
     refuse_overwrite(out)
     tables, layouts = _tables(folder)
-    answers = _answers(folder, tables, dict(flags), parse_map(maps))
+    yes, assumed = bool(flags.pop("yes", False)), list[str]()
+    asks, given = _can_ask() and not yes, dict(flags)
+    if yes:
+        given, assumed = assume_facts(folder, tables, given)
+    answers = _answers(folder, tables, given, parse_map(maps), asks=asks)
     prepared = prepare_tables(tables, answers)
-    answers = _with_constant(answers, prepared)
+    _refuse_absent_joints(prepared, str(answers.device))
+    answers = _with_constant(answers, prepared, asks=asks)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         inner = Path(draft) / out.name
         _write(inner, prepared, answers)
-        with warnings_on_stderr():
+        with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
     click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
+    if assumed:
+        click.echo("\n".join(["assumed, unless a flag says otherwise:", *(f"  {sentence}" for sentence in assumed)]))
     device = campaign.device.replace(str(inner), str(out))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
-    about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {device}"
+    about = f"{count_of(len(campaign.runs), 'run')}, free joints {kinds}, {campaign.label} data, device {device}"
     click.echo(f"wrote {out}: {about}")
     click.echo(f"next: {word_command('check', 'measurement.check')} {out}")
     understood = {
@@ -93,7 +101,7 @@ def make_campaign(
     }
     runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
     head = {"campaign": str(out), "title": campaign.title, "device": device, "measured": campaign.measured}
-    return {**head, "understood": understood, "runs": runs}
+    return {**head, "understood": understood, "runs": runs, "assumed": assumed}
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:
@@ -149,9 +157,11 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
     return [one.table for one in read], [f"{one.table.file_name}: {one.about}" for one in read if one.about]
 
 
-def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target]) -> Answers:
+def _answers(
+    folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target], *, asks: bool
+) -> Answers:
     names = [table.file_name for table in tables]
-    if _can_ask():
+    if asks:
         flags = ask_facts(folder, tables, flags)
         if flags["resolution"] is None and _holds_counts(tables, stated):
             flags["resolution"] = ask_step()
@@ -185,18 +195,33 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
     )
 
 
-def _with_constant(answers: Answers, prepared: list[PreparedTable]) -> Answers:
+def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: bool) -> Answers:
     """Return the answers with the torque of an ampere, where a current was recorded in place of a torque."""
     keys = current_constants(prepared)
     if answers.torque_constant is not None or not keys:
         return answers
-    if _can_ask():
+    if asks:
         return replace(answers, torque_constant=ask_constant(next(iter(keys.values()))))
     (joint, key), *_ = keys.items()
     unit = "N/A" if key.startswith("force") else "N m/A"
     todo = f"state it by --torque-constant [{unit}]; 1 where nobody knows it: masses and friction are then in amperes"
     where = f"current_{joint}_A"
     raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
+
+
+def _refuse_absent_joints(prepared: list[PreparedTable], device: str) -> None:
+    """Refuse joints that the device lacks, in words of the user's own columns."""
+    count = joint_count(device)
+    if count is None:
+        return
+    for one in prepared:
+        absent = [joint for joint in one.free if joint >= count]
+        if absent:
+            name = Path(device).name
+            columns = [column for column, target in one.targets.items() if target.name == f"position_{absent[0]}_rad"]
+            got = f"joint {absent[0]}" + (f" of column {columns[0]!r}" if columns else "")
+            todo = f"name the joint by --map '{columns[0] if columns else 'q'}=position_0_rad', or another --device"
+            raise InputError(one.file, expected=f"joints 0 to {count - 1} of {name}", got=got, todo=todo)
 
 
 def _can_ask() -> bool:

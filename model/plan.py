@@ -16,10 +16,11 @@ from haptid.model.planning.summary import Data, design_summary, plan_summary
 from haptid.model.planning.torque_design import ExcitationPlan, locked_quantities, plan_excitation
 from haptid.report.common.stored_page import write_page
 from haptid.report.locking_plan.page import plan_page
-from haptid.report.locking_plan.text import plan_text
+from haptid.report.locking_plan.text import plan_told
 from haptid.support.command import progress
 from haptid.support.errors import NumericalError
 from haptid.support.files.files import write_json
+from haptid.support.terminal import show
 
 
 def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
@@ -53,7 +54,7 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
     plan = plan_summary(loaded, order)
     if design:
         plan |= _design(loaded, order, **options)
-    click.echo(plan_text(plan))
+    show(plan_told(plan))
     page = write_page(out / "locking_plan.html", plan_page(plan))
     data = write_json(out / "locking_plan.json", plan)
     click.echo(f"\nwritten: {page}, {data}")

@@ -21,12 +21,13 @@ from types import FrameType
 from typing import Any, ParamSpec, TextIO, TypeVar
 
 import click
-from tqdm import tqdm
 
 from haptid.support.errors import LONGEST, HaptidError, InputError, one_line, shorten
 from haptid.support.files.files import check_writable, written
 from haptid.support.files.folder_lock import lock_folder
 from haptid.support.listener import Listener
+from haptid.support.tables import Told
+from haptid.support.terminal import Count, Display, show
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -244,27 +245,27 @@ def _with_folder(function: Callable[..., T]) -> Callable[..., T]:
 
 
 def progress(
-    iterable: Iterable[T] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
-) -> tqdm[T]:
-    """Return a progress bar on stderr.
+    iterable: Iterable[Any] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
+) -> Count[Any]:
+    """Count steps on stderr.
 
     Parameters
     ----------
     iterable
-        Items whose iteration advances the bar; None where the caller advances it.
+        Items whose iteration advances the count; None where the caller advances it.
     total
         Number of steps; the length of ``iterable`` where None.
     title
-        Text before the bar.
+        What is being done.
     quiet
-        Whether the bar is not shown (--quiet).
+        Whether nothing is shown (--quiet).
 
     Returns
     -------
-    tqdm
-        The bar: iterable, and a context manager that removes it.
+    Count
+        Iterable, and a context manager that removes what it shows.
     """
-    return tqdm(iterable, total=total, desc=title, disable=quiet, file=sys.stderr, dynamic_ncols=True, leave=False)  # type: ignore[return-value] # the stub allows an iterable of nothing
+    return Count(iterable, total=total, title=title, quiet=quiet)
 
 
 @contextmanager
@@ -281,38 +282,17 @@ def listening(*, quiet: bool = False) -> Iterator[Listener]:
     Listener
         For the functions of the packages.
     """
-    bar = _Bar(quiet)
-    try:
-        yield Listener(progress=bar.show, note=bar.note, finished=bar.finished)
-    finally:
-        bar.close()
+    display = Display(quiet=quiet)
 
-
-class _Bar:
-    """Progress bar that begins anew where the number of steps changes, and that gives way to lines."""
-
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
-        self._bar: Any = None
-
-    def show(self, title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
-        if self._bar is None or self._bar.total != total or self._bar.n > done:
-            self.close()
-            self._bar = progress(total=total, title=title, quiet=self._quiet)
-        self._bar.n = done
-        self._bar.set_description(title, refresh=False)
-        self._bar.set_postfix_str(figures, refresh=False)
-        self._bar.refresh()
-
-    def note(self, text: str) -> None:
-        self.close()  # the line would stand behind the bar
+    def note(text: str) -> None:
+        display.close()  # the line would stand behind the bar
         click.echo(text, err=True)
 
-    def finished(self, text: str) -> None:
-        self.close()
-        click.echo(text)
+    def finished(told: Told) -> None:
+        display.close()
+        show(told)
 
-    def close(self) -> None:
-        if self._bar is not None:
-            self._bar.close()
-            self._bar = None
+    try:
+        yield Listener(progress=display.show, note=note, finished=finished)
+    finally:
+        display.close()

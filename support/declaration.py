@@ -10,13 +10,14 @@ import importlib
 import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from typing import Any, ParamSpec
 
 import click
 
 from haptid.support.errors import HaptidError
 from haptid.support.files.files import json_text
+from haptid.support.terminal import is_terminal
 from haptid.version import version_option
 
 P = ParamSpec("P")
@@ -67,7 +68,7 @@ def command(examples: str, writes: Mapping[str, str]) -> Callable[[Callable[...,
 
 
 LOADING = "loading …"
-"""First word of a command on a terminal, within half a second."""
+"""First word of a command that takes its time, within half a second."""
 
 
 def call(module: str, function: str, **settings: Any) -> Any:
@@ -87,24 +88,23 @@ def call(module: str, function: str, **settings: Any) -> Any:
     Any
         What the function returns: the result as a value for JSON.
     """
-    with _told_of_loading(quiet=bool(settings.get("quiet", False))):
+    # In a log the words stand only where progress follows them: a command without --quiet takes a moment.
+    drawn = is_terminal(sys.stderr)
+    told = not settings.get("quiet", False) if drawn else settings.get("quiet") is False and module not in sys.modules
+    with _told_of_loading(drawn=drawn) if told else nullcontext():
         loaded = importlib.import_module(module)
     return getattr(loaded, function)(**settings)
 
 
 @contextmanager
-def _told_of_loading(*, quiet: bool) -> Iterator[None]:
-    """Say on a terminal that packages are loaded, which takes seconds, and take the words away afterwards."""
-    if quiet or not sys.stderr.isatty():
-        yield
-        return
-    sys.stderr.write(LOADING)
-    sys.stderr.flush()
+def _told_of_loading(*, drawn: bool) -> Iterator[None]:
+    """Say that packages are loaded, which takes seconds; a terminal forgets the words afterwards."""
+    click.echo(LOADING, err=True, nl=not drawn)
     try:
         yield
     finally:
-        sys.stderr.write(f"\r{' ' * len(LOADING)}\r")
-        sys.stderr.flush()
+        if drawn:
+            click.echo(f"\r{' ' * len(LOADING)}\r", err=True, nl=False)
 
 
 def json_option(function: Callable[P, Any]) -> Callable[P, None]:

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from haptid.support.tables import Told
+
 
 class Progress(Protocol):
     """Function that is told how far a computation is."""
 
-    def __call__(self, title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
+    def __call__(self, title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
         """Take the state of a computation.
 
         Parameters
@@ -18,18 +20,28 @@ class Progress(Protocol):
         title
             What is being computed, as ``joint 4: sampling``.
         done, total
-            Steps that are done, and steps in all; None where nobody knows their number.
+            Steps that are done, parts of steps included, and steps in all; None where nobody knows their number.
         figures
             Figures so far, as ``τ 12.3, ESS 800``.
         """
 
 
-def _ignore_progress(title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
-    """Take the state of a computation, and do nothing."""
+def ignore_progress(title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
+    """Take the state of a computation, and do nothing.
+
+    Parameters
+    ----------
+    title, done, total, figures
+        As for `Progress`.
+    """
 
 
 def _ignore(text: str) -> None:
     """Take a text, and do nothing."""
+
+
+def _ignore_told(told: Told) -> None:
+    """Take a summary, and do nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +58,6 @@ class Listener:
         Called with the summary of each part that is finished and written.
     """
 
-    progress: Progress = _ignore_progress
+    progress: Progress = ignore_progress
     note: Callable[[str], None] = _ignore
-    finished: Callable[[str], None] = _ignore
+    finished: Callable[[Told], None] = _ignore_told

@@ -32,6 +32,28 @@ def plain(value: float, digits: int = 2) -> str:
     return f"{float(text):.0f}" if "e" in text and 1.0 <= abs(value) < 999_999.5 else text
 
 
+def count_of(number: int, noun: str) -> str:
+    """Write a number of things.
+
+    Parameters
+    ----------
+    number
+        How many.
+    noun
+        What one of them is; its plural ends in s.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> count_of(1, "run"), count_of(5, "run")
+    ('1 run', '5 runs')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def with_prefix(value: float, unit: str, digits: int = 3) -> str:
     """Write a quantity with the prefix that suits its size, from nano to none.
 

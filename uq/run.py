@@ -22,6 +22,7 @@ from haptid.support.command import listening, parse_joints, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
 from haptid.support.processes.threads import single_threaded
+from haptid.support.terminal import show
 from haptid.uq.commands import posterior as main
 from haptid.uq.foreign.infer import QUICK as FOREIGN_QUICK
 from haptid.uq.foreign.infer import SAMPLING as FOREIGN_SAMPLING
@@ -29,7 +30,7 @@ from haptid.uq.foreign.infer import infer as infer_foreign
 from haptid.uq.foreign.record import posterior_json
 from haptid.uq.foreign.record import save_chains as save_foreign_chains
 from haptid.uq.foreign.record import save_draws as save_foreign_draws
-from haptid.uq.foreign.record import summary_text as summary_of_foreign
+from haptid.uq.foreign.record import summary_told as summary_of_foreign
 from haptid.uq.foreign.source import holds_calibration, read_calibrated
 from haptid.uq.result.finite import with_null
 
@@ -83,20 +84,19 @@ def _infer_foreign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
         workers_of(settings["scheduler"], settings["workers"]) as pool,
         listening(quiet=settings["quiet"]) as listener,
     ):
-        title, longest = fmu.path.name, options.longest
-        listener.progress(title, 0, longest)
+        listener.progress(fmu.path.name, 0, 1)
 
-        def report(steps: int, tau: float, effective: float) -> None:
-            listener.progress(title, steps, longest, f"τ {tau:.1f}, ESS {effective:.0f}")
+        def tell(share: float, figures: str) -> None:
+            listener.progress(fmu.path.name, share, 1, figures)
 
-        posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, report)
+        posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, tell)
     data = with_null(posterior_json(posterior, seed))
     write_json(out / "posterior.json", data)
     save_foreign_draws(posterior, out / "parameters_posterior.csv", seed)
     save_foreign_chains(posterior, out / "posterior" / "model.nc")
     made_by = f"{word_command('posterior', 'uq.run')}, seed {seed}, {time.strftime('%Y-%m-%d')}"
     write_page(out / "posterior.html", foreign_posterior_page(posterior, [made_by, calibrated.campaign.title]))
-    click.echo(summary_of_foreign(posterior))
+    show(summary_of_foreign(posterior))
     return data
 
 

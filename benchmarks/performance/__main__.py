@@ -44,13 +44,14 @@ def commit() -> str:
 
 @click.command()
 @click.option("--curve", "names", multiple=True, type=click.Choice(list(CURVES)), help="Only this; others stay stored.")
+@click.option("--waiting", is_flag=True, help="Measure only how long a user waits; the curves stay stored.")
 @click.option("--table", is_flag=True, help="Measure nothing: print the table and write the page of what is stored.")
-def main(names: tuple[str, ...], table: bool) -> None:
+def main(names: tuple[str, ...], waiting: bool, table: bool) -> None:
     """Measure, store, write the page, and print one table of all performance figures."""
     stored = read_stored(STORED.name)
     if not table:
         curves = {} if stored is None else stored["curves"]
-        measured = {name: measure_curve(name) for name in names or CURVES}
+        measured = {name: measure_curve(name) for name in names or (() if waiting else CURVES)}
         stored = {
             "command": f"python -m benchmarks.performance {' '.join(sys.argv[1:])}".strip(),
             "date": datetime.now(UTC).date().isoformat(),

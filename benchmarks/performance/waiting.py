@@ -16,8 +16,10 @@ FIRST_LINES: Mapping[str, tuple[str, ...]] = {
     "haptid --version": ("--version",),
     "haptid --help": ("--help",),
     "haptid identify --help": ("identify", "--help"),
-    "haptid check (embedded campaign), first line": ("check",),
-    "haptid identify (embedded campaign), first word": ("identify", "--out", "{folder}/out"),
+    "haptid check, first word in a pipe": ("check",),
+    "haptid identify, first word in a pipe": ("identify", "--out", "{folder}/out"),
+    "haptid posterior, first word in a pipe": ("posterior", "--out", "{folder}/out"),
+    "haptid missing, first word in a pipe": ("missing", "--out", "{folder}/out"),
 }
 """Arguments by what is timed until its first byte."""
 

@@ -8,8 +8,7 @@ at once. Effects whose grid holds amplitudes (a dead band, a time constant) are 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.simulators.protocol import initial_state
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,7 +164,9 @@ def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float])
     return [known.get(q.id, q.initial) for q in simulator.equations.parameters]
 
 
-def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> Signatures:
+def signatures(
+    study: Study, solution: Solution, entries: Sequence[Effect], count: Callable[[int], None] = lambda _: None
+) -> Signatures:
     """Simulate the signatures of all effects.
 
     Parameters
@@ -175,14 +177,15 @@ def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> S
         Fitted model, about which the readings change.
     entries
         Effects in SI units, none of them random.
+    count
+        Told how many effects are simulated.
 
     Returns
     -------
     Signatures
         Signatures without the shapes whose simulation diverged.
     """
-    with ThreadPoolExecutor(2) as pool:
-        taken = list(pool.map(lambda e: entry_columns(study, solution, e), entries))
+    taken = map_threads(lambda e: entry_columns(study, solution, e), entries, threads=2, count=count)
     points, blocks, column = [], [], 0
     for effect, (grid, raw) in zip(entries, taken, strict=True):
         at = 0

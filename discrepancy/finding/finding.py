@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,7 @@ from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
+from haptid.support.listener import Progress
 from haptid.support.processes.threads import on_one_thread
 
 SCHEMA = "discrepancy/1"
@@ -106,7 +107,7 @@ def find(
     kind: Kind,
     seed: int,
     starts: int,
-    tell: Callable[[str], None],
+    tell: Progress,
     origin: Origin | None = None,
 ) -> Finding:
     """Run all stages of one study.
@@ -124,7 +125,7 @@ def find(
     starts
         Number of starts of the nominal fit.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
     origin
         What the search is run on, for the FMU; None for runs of no campaign.
 

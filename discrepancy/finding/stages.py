@@ -6,7 +6,6 @@ resemble it (``what``). All of them need only the nominal fit.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -21,6 +20,7 @@ from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, under_own_noise
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.support.listener import Progress
 from haptid.support.numbers import plain
 from haptid.support.processes.threads import on_one_thread
 
@@ -131,7 +131,7 @@ class Staged:
 
 
 @on_one_thread
-def run_stages(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable[[str], None]) -> Staged:
+def run_stages(study: Study, stage: Stage, *, seed: int, starts: int, tell: Progress) -> Staged:
     """Run one stage of one study.
 
     Parameters
@@ -145,7 +145,7 @@ def run_stages(study: Study, stage: Stage, *, seed: int, starts: int, tell: Call
     starts
         Number of starts of the nominal fit.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
 
     Returns
     -------

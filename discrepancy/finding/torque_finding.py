@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect, id_of
+from haptid.support.listener import Progress
 from haptid.support.numbers import with_prefix
 from haptid.support.processes.threads import on_one_thread
 
@@ -203,7 +204,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     kind: Kind,
     seed: int,
     starts: int,
-    tell: Callable[[str], None],
+    tell: Progress,
     origin: Origin | None = None,
 ) -> TorqueFinding:
     """Run all stages of the search on the torque of one joint.
@@ -223,7 +224,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     starts
         Number of starts of the nominal fit.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
     origin
         What the search is run on, for the FMU; None for runs of no campaign.
 

@@ -23,6 +23,7 @@ from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array
 from haptid.noise.correlation import Noise
 from haptid.support.errors import NumericalError
+from haptid.support.listener import Progress, ignore_progress
 from haptid.support.processes.threads import map_threads
 
 
@@ -69,7 +70,7 @@ def agreeing(costs: Sequence[float], rows: int) -> int:
     return sum(cost <= best + room for cost in costs)
 
 
-def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
+def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = ignore_progress) -> Base:
     """Fit the nominal model from several starts, under white noise.
 
     The fit of the identification, where there is one, is the first of them: it is refined at the study's inner step,
@@ -83,6 +84,8 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
         Number of starts; fewer are used where `starts_that_agree` of them share the best minimum.
     seed
         Seed of the Sobol starts.
+    tell
+        Told of each start.
 
     Returns
     -------
@@ -105,7 +108,9 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
         return Base(solution=found[0], costs=(found[0].chi2,), reached=agreed, calls=calls)
     first = start_vector(study.base, {})
     parametrisation = lay_out_under_observer(study, ()).parametrisation
-    for solution, used in _fits(study, sobol_starts(parametrisation, first, starts, seed)):
+    most = THRESHOLDS.fit.starts_that_agree
+    for done, (solution, used) in enumerate(_fits(study, sobol_starts(parametrisation, first, starts, seed)), start=1):
+        tell("base fit", done, max(done, most), "starts" if done <= most else "starts, which do not agree yet")
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)

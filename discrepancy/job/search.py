@@ -5,7 +5,7 @@ Input is refused where a search is prepared, so that several can be prepared bef
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
@@ -28,9 +28,8 @@ from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.support.command import word_command
 from haptid.support.errors import InputError
+from haptid.support.listener import Progress
 
-Tell = Callable[[str], None]
-"""Function that takes one line on the progress."""
 AnyFinding: TypeAlias = Finding | TorqueFinding | WholeFinding
 
 
@@ -62,13 +61,13 @@ class SearchByPosition:
         """``joint 3`` or ``joints 0, 1``."""
         return self.study.title.lower()
 
-    def find(self, tell: Tell) -> Finding:
+    def find(self, tell: Progress) -> Finding:
         """Search; the FMU with the named effects is written below the job's folder.
 
         Parameters
         ----------
         tell
-            Takes one line on the progress.
+            Told of each step.
 
         Returns
         -------
@@ -106,13 +105,13 @@ class SearchByTorque:
         """Name for a reader, as ``joint 3``."""
         return f"joint {self.joint}"
 
-    def find(self, tell: Tell) -> TorqueFinding:
+    def find(self, tell: Progress) -> TorqueFinding:
         """Search; the FMU with the named effects is written below the job's folder.
 
         Parameters
         ----------
         tell
-            Takes one line on the progress.
+            Told of each step.
 
         Returns
         -------
@@ -156,13 +155,13 @@ class WholeCheck:
     name = "whole"
     title = "all joints"
 
-    def find(self, tell: Tell) -> WholeFinding:
+    def find(self, tell: Progress) -> WholeFinding:
         """Simulate and judge.
 
         Parameters
         ----------
         tell
-            Takes one line on the progress.
+            Told of each step.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""A finding as JSON and in words: any finding in; content of its file, and the lines that a command prints, out."""
+"""A finding as JSON and in words: any finding in; content of its file, and what a command tells, out."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.finding.torque_finding import TorqueFinding, torque_json
 from haptid.discrepancy.job.search import AnyFinding
 from haptid.measurement.values.units import unit_for
+from haptid.support.tables import Table, Told
 
 
 def finding_json(finding: AnyFinding, *, measured: bool, seed: int) -> dict[str, Any]:
@@ -36,8 +37,8 @@ def finding_json(finding: AnyFinding, *, measured: bool, seed: int) -> dict[str,
     return position_json(finding, measured=measured, seed=seed)
 
 
-def tell_finding(finding: AnyFinding, title: str, verdict: str) -> str:
-    """Write verdict and gaps in a few lines.
+def tell_finding(finding: AnyFinding, title: str, verdict: str) -> Told:
+    """Tell verdict and gaps.
 
     Parameters
     ----------
@@ -50,27 +51,30 @@ def tell_finding(finding: AnyFinding, title: str, verdict: str) -> str:
 
     Returns
     -------
-    str
-        The verdict with its sentence, then a line for each gap.
+    list
+        The verdict with its sentence, then a table with a row a gap (a line each in plain text), where there are gaps.
     """
     if isinstance(finding, Finding):
-        return "\n".join([f"{title}: {verdict}. {finding.judgement.sentence}", *_gap_lines(finding)])
+        gaps = [_gap_table(finding)] if finding.gaps else []
+        return [f"{title}: {verdict}. {finding.judgement.sentence}", *gaps]
     told = f"{title}: {verdict}. {finding.sentence}"
     if isinstance(finding, WholeFinding):
-        return told
+        return [told]
     gap, unit = finding.gaps["validate"], unit_for("N m", [finding.search.study.prismatic])
-    return (
-        f"{told}\n  held-out torque: RMS {gap.before:.3g} {unit} before, {gap.after:.3g} after, "
-        f"white noise {gap.noise:.3g}"
-    )
+    amounts = (f"{gap.before:.3g}", f"{gap.after:.3g}", f"{gap.noise:.3g}")
+    plain = f"  held-out torque: RMS {amounts[0]} {unit} before, {amounts[1]} after, white noise {amounts[2]}"
+    header = (f"RMS [{unit}]", "before", "after", "white noise")
+    return [told, Table(header=header, rows=[("held-out torque", *amounts)], plain=plain)]
 
 
-def _gap_lines(finding: Finding) -> list[str]:
-    lines = []
+def _gap_table(finding: Finding) -> Table:
+    unit = unit_for("rad", finding.search.study.fitted[0].prismatic)
+    rows, lines = [], []
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"
-        closed = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"
-        lines.append(
-            f"  {name}: RMS {gap.before:.3g} before, {gap.after:.3g} after, noise {gap.noise:.3g}{closed}"
-        )  # fmt: skip
-    return lines
+        amounts = (f"{gap.before:.3g}", f"{gap.after:.3g}", f"{gap.noise:.3g}")
+        closed = "–" if share is None else f"{100 * share:.1f} %{beside}"
+        rows.append((name, *amounts, closed))
+        told = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"
+        lines.append(f"  {name}: RMS {amounts[0]} before, {amounts[1]} after, noise {amounts[2]}{told}")
+    return Table(header=(f"RMS [{unit}]", "before", "after", "noise", "gap closed"), rows=rows, plain="\n".join(lines))

@@ -38,12 +38,13 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Colour, Noise
+from haptid.support.listener import Progress, ignore_progress
 
 Way = Callable[[Searcher, Solution], list[Trial]]
 """How a second effect is searched for on top of a fit with one effect."""
 
 
-def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
+def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ignore_progress) -> Search:
     """Search for the effects that the nominal model of ``study`` lacks.
 
     Parameters
@@ -55,7 +56,7 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
     starts
         Number of starts of the nominal fit.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
 
     Returns
     -------
@@ -108,11 +109,12 @@ class _Begun:
     first: Scan
 
 
-def _begin(study: Study, base: Base, tell: Callable[[str], None]) -> _Begun:
+def _begin(study: Study, base: Base, tell: Progress) -> _Begun:
     """Score the catalogue on the nominal model, and judge the model."""
     white, plain = under_own_noise(study, base)
     entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
+    tell("tests of the nominal model")
     start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
     return _Begun(study=study, base=base, white=white, start=start, searcher=s, first=first)
 
@@ -123,13 +125,13 @@ def _least_of_singles(begun: _Begun) -> float:
     return min((one.chi2 for one in singles), default=begun.white.chi2)
 
 
-def _instead(other: OtherLaw, asked: Trial, tell: Callable[[str], None]) -> Search:
+def _instead(other: OtherLaw, asked: Trial, tell: Progress) -> Search:
     """Search under another friction law, and keep the nominal model under the law that was asked for."""
     tell(f"search under the friction law {other.study.base.friction[0]}")
     return replace(_finish(_begin(other.study, other.base, tell), tell), asked=asked)
 
 
-def _finish(begun: _Begun, tell: Callable[[str], None]) -> Search:
+def _finish(begun: _Begun, tell: Progress) -> Search:
     """Search beside the friction law of a study, to the contenders."""
     base = begun.base
     found, s = _search_from(begun)
@@ -152,7 +154,7 @@ def _finish(begun: _Begun, tell: Callable[[str], None]) -> Search:
     return replace(found, contenders=tuple(contenders), simulations=simulations)
 
 
-def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Callable[[str], None]) -> tuple[Study, Base]:
+def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -> tuple[Study, Base]:
     """Fit the nominal model and choose the inner step.
 
     Parameters
@@ -164,7 +166,7 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Callable[[s
     starts
         Number of starts.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
 
     Returns
     -------
@@ -172,7 +174,7 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Callable[[s
         Study at the inner step whose error is invisible at the nominal model, and the fit.
     """
     tell("base fit")
-    base = fit_base(study, starts=starts, seed=seed)
+    base = fit_base(study, starts=starts, seed=seed, tell=tell)
     return at_step(study, step_for(study, base.solution, share=THRESHOLDS.detect.step_error_share_of_excess)), base
 
 
@@ -195,9 +197,7 @@ def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
     return white, settle(study, (), white).solution
 
 
-def score_catalogue(
-    study: Study, plain: Solution, tell: Callable[[str], None]
-) -> tuple[dict[str, Effect], Signatures, Scan]:
+def score_catalogue(study: Study, plain: Solution, tell: Progress) -> tuple[dict[str, Effect], Signatures, Scan]:
     """Simulate and score the signatures of the catalogue.
 
     Parameters
@@ -207,18 +207,22 @@ def score_catalogue(
     plain
         Nominal model under its own noise.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
 
     Returns
     -------
     entries, found, scan
         Catalogue effects in SI units by key, their signatures at the nominal model, and their scores.
     """
-    tell("signatures of the catalogue")
     entries = study.in_si(plain.values)
-    found = signatures(study, plain, list(entries.values()))
+    effects = list(entries.values())
+
+    def count(done: int) -> None:
+        tell("signatures of the catalogue", done, len(effects))
+
+    found = signatures(study, plain, effects, count)
+    tell("scores of the catalogue", figures=f"{len(found.points)} signatures")
     first = scan(study, plain, found, entries)
-    tell(f"{len(found.points)} signatures, {first.tests:.0f} independent tests")
     return entries, found, first
 
 

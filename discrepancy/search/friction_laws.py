@@ -12,7 +12,7 @@ catalogue leaves noise alone beside the wrong law. So the other laws are fitted 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from haptid.discrepancy.candidate.candidate import Trial
@@ -27,6 +27,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.friction.registry import law_named, laws
 from haptid.noise.correlation import Noise
 from haptid.support.errors import InputError
+from haptid.support.listener import Progress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +70,7 @@ class OtherLaw:
         return own < chi2 if self.passes else own - self.study.rows < share * (chi2 - self.study.rows)
 
 
-def other_laws(study: Study, start: Trial, white: Solution, tell: Callable[[str], None]) -> tuple[OtherLaw, ...]:
+def other_laws(study: Study, start: Trial, white: Solution, tell: Progress) -> tuple[OtherLaw, ...]:
     """Fit the nominal model under every other friction law.
 
     Parameters
@@ -81,7 +82,7 @@ def other_laws(study: Study, start: Trial, white: Solution, tell: Callable[[str]
     white
         Nominal model under white noise.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
 
     Returns
     -------
@@ -92,10 +93,9 @@ def other_laws(study: Study, start: Trial, white: Solution, tell: Callable[[str]
     """
     most = study.rows + THRESHOLDS.search.largest_excess_under_other_law * (white.chi2 - study.rows)
     found = []
-    for law in laws():
-        if law == study.base.friction[0]:
-            continue
-        tell(f"the nominal model under the friction law {law}")
+    others = [law for law in laws() if law != study.base.friction[0]]
+    for number, law in enumerate(others):
+        tell("other friction laws", number, len(others), law)
         try:
             other = _fit(study, start, white, law)
         except InputError:  # an effect of the user's own asks for what the law lacks

@@ -64,7 +64,7 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
         return None
     if any(visible(s.study, t.solution, step) > THRESHOLDS.detect.invisible_step_error_chi2 for t in close):
         return None
-    s.tell(f"inner step of {1e3 * step:.3g} ms: the best {len(close)} again")
+    s.tell(f"the best {len(close)} again at the inner step of {1e3 * step:.3g} ms")
     fine = replace(s, study=at_step(s.study, step), finished={}, simulations=0)
     return Closer(searcher=fine, trials=tuple(_again(fine, t) for t in close))
 

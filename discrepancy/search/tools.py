@@ -35,6 +35,8 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect, match_parameters
 from haptid.noise.correlation import Path
+from haptid.support.listener import Progress
+from haptid.support.numbers import plain
 from haptid.support.processes.threads import map_threads
 
 S = TypeVar("S")
@@ -58,7 +60,7 @@ class Searcher:
     tests
         Number of independent tests of the catalogue.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
     simulations
         Number of runs simulated in fits so far.
     finished
@@ -73,7 +75,7 @@ class Searcher:
     entries: dict[str, Effect]
     found: Signatures
     tests: float
-    tell: Callable[[str], None]
+    tell: Progress
     simulations: int = 0
     finished: dict[frozenset[str], list[Trial]] = field(default_factory=dict)
     extended: set[frozenset[str]] = field(default_factory=set)
@@ -90,7 +92,7 @@ class Searcher:
         if self.simulations < self.study.effort:
             return False
         if not self.cut:
-            self.tell(f"{self.simulations} runs simulated: no further combinations")
+            self.tell("no further combinations", figures=f"{self.simulations} runs simulated")
         self.cut = True
         return True
 
@@ -363,15 +365,13 @@ class Searcher:
         likely = self.rivals(scored[0].key) if scored else set()
         fresh = {s.key: s for k, s in enumerate(scored) if k < most or self.entries[s.key].id in likely}
         tried = [self.entries[key] for key in fresh]
-        begun = self.map_all(partial(begin, rough, solution), tried, fresh.values())
+        begun = self.map_all("effects, first fits", partial(begin, rough, solution), tried, fresh.values())
         begun = self.rank_fits(begun)
         named = self.rivals(begun[0].effects[-1].key) if begun else set()
         count = THRESHOLDS.search.most_effects_continued
         promising = begun[:count] + [s for s in begun[count:] if s.effects[-1].id in named]
         scores = [fresh[s.effects[-1].key] for s in promising]
-        done = self.map_all(partial(continue_refit, rough, solution), promising, scores)
-        for found in sorted(done, key=lambda pair: self.rank(pair[0])):
-            self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
+        done = self.map_all("the best effects", partial(continue_refit, rough, solution), promising, scores)
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
         return self.rank_fits(s for s, _ in done)
 
@@ -449,9 +449,12 @@ class Searcher:
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
-        begun = self.map_all(partial(_sketch_fit, self.side_by_side(THRESHOLDS.study.signature_step_s)), chosen, starts)
-        sieved = self.map_all(partial(_sieve_fit, rough), best_first(begun)[: THRESHOLDS.search.most_effects_continued])
-        done = self.map_all(partial(_release_fit, rough), best_first(sieved)[: THRESHOLDS.search.most_effects_released])
+        sketch = partial(_sketch_fit, self.side_by_side(THRESHOLDS.study.signature_step_s))
+        begun = self.map_all("effects from first guesses", sketch, chosen, starts)
+        few = best_first(begun)[: THRESHOLDS.search.most_effects_continued]
+        sieved = self.map_all("the best from first guesses", partial(_sieve_fit, rough), few)
+        fewer = best_first(sieved)[: THRESHOLDS.search.most_effects_released]
+        done = self.map_all("the best of them, released", partial(_release_fit, rough), fewer)
         calls = sum(low.reached.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
         self.simulations += calls * len(self.study.fitted)
         return self.rank_fits(s for s, _ in done)
@@ -471,11 +474,13 @@ class Searcher:
         """
         return replace(at_step(self.study, step), threads=1)
 
-    def map_all(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
+    def map_all(self, what: str, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
         """Apply ``function`` to every tuple of arguments, side by side on the study's threads.
 
         Parameters
         ----------
+        what
+            What is being done, for those who wait.
         function
             Function that releases the interpreter's lock; others gain nothing.
         *arguments
@@ -491,7 +496,14 @@ class Searcher:
         ValueError
             Where the iterables differ in length.
         """
-        return map_threads(function, *arguments, threads=self.study.threads)
+        tuples = list(zip(*arguments, strict=True))
+
+        def count(done: int) -> None:
+            self.tell(what, done, len(tuples), f"{self.simulations} runs simulated so far")
+
+        if tuples:
+            count(0)
+        return map_threads(lambda each: function(*each), tuples, threads=self.study.threads, count=count)
 
     def rank_fits(self, fits: Iterable[Solution]) -> list[Solution]:
         """Return the finite fits, best first.
@@ -561,10 +573,10 @@ class Searcher:
             Results in the order of ``chosen``.
         """
         study = self.study if len(chosen) == 1 else replace(self.study, threads=1)
-        return self.map_all(partial(function, study), chosen)
+        return self.map_all("fits to the end", partial(function, study), chosen)
 
     def finish(self, current: Candidate, begun: Solution, fitted: Candidate | None = None) -> Trial:
-        """Fit a preliminary fit to the end, judge it, and report the progress.
+        """Fit a preliminary fit to the end, and judge it.
 
         Parameters
         ----------
@@ -583,10 +595,8 @@ class Searcher:
         made = self.trial(fitted or settle(self.study, begun.effects, begun), current)
         made = self.on_its_path(made, current)
         self.finished.setdefault(keys_of(begun), []).append(made)
-        self.tell(
-            f"{'+'.join(made.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
-            f"left over {made.left.energy:.0f}/{made.left.dof:.0f}"
-        )
+        noise = f"{plain(float(np.sqrt(made.left.energy / made.left.dof)))} times the noise is left"
+        self.tell("judged " + "+".join(made.solution.keys), figures=noise)
         return made
 
     def on_its_path(self, made: Trial, before: Candidate | None = None) -> Trial:

@@ -6,7 +6,7 @@ residual's energy that their best shape explains.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +42,12 @@ class Promise:
     columns: int
 
 
-def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect]) -> list[Promise]:
+def promises(
+    study: TorqueStudy,
+    current: TorqueFit,
+    entries: Mapping[str, Effect],
+    count: Callable[[int], None] = lambda _: None,
+) -> list[Promise]:
     """Return every effect with its best shape.
 
     Parameters
@@ -53,6 +58,8 @@ def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effec
         Fitted model.
     entries
         Catalogue effects by key, in SI units.
+    count
+        Told how many effects are scanned.
 
     Returns
     -------
@@ -61,7 +68,7 @@ def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effec
     """
     Q, r = orthonormal(current.jacobian), current.fitted
     r = r - Q @ (Q.T @ r)
-    found = map_threads(lambda e: _best(study, current, e, Q, r), entries.values(), threads=study.threads)
+    found = map_threads(lambda e: _best(study, current, e, Q, r), entries.values(), threads=study.threads, count=count)
     return sorted((p for p in found if p is not None), key=lambda p: -p.share)
 
 

@@ -13,7 +13,7 @@ An autoregression estimated from the residual of the model under suspicion would
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -27,6 +27,7 @@ from haptid.discrepancy.torque_search.rivals import Rival, find_rivals
 from haptid.discrepancy.torque_search.scan import Promise, promises
 from haptid.model.effects.effect import Effect, id_of
 from haptid.support.errors import NumericalError
+from haptid.support.listener import Progress
 from haptid.support.processes.threads import map_threads
 
 
@@ -82,7 +83,7 @@ class TorqueSearch:
 
 
 def search_torque(
-    study: TorqueStudy, entries: Mapping[str, Effect], *, starts: int, seed: int, tell: Callable[[str], None]
+    study: TorqueStudy, entries: Mapping[str, Effect], *, starts: int, seed: int, tell: Progress
 ) -> TorqueSearch:
     """Add catalogue effects one by one while they gain.
 
@@ -97,7 +98,7 @@ def search_torque(
     seed
         Seed of the starts.
     tell
-        Function that takes one line on the progress.
+        Told of each step.
 
     Returns
     -------
@@ -158,16 +159,16 @@ def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
     return model
 
 
-def _step(
-    study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect], tell: Callable[[str], None]
-) -> TorqueStep:
-    tell("scan of the catalogue")
+def _step(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect], tell: Progress) -> TorqueStep:
     taken = {e.id for e in current.effects}
     free = {key: e for key, e in entries.items() if e.id not in taken}
-    found = promises(study, current, with_ripple(current, free))
+    every = with_ripple(current, free)
+    found = promises(study, current, every, lambda done: tell("scan of the catalogue", done, len(every)))
     best = _choose_refits(found)
-    tell(f"refit with {', '.join(promise.effect.key for promise in best)}")
-    models = map_threads(lambda promise: refit_candidate(study, current, promise), best, threads=study.threads)
+    models = map_threads(
+        lambda promise: refit_candidate(study, current, promise), best, threads=study.threads,
+        count=lambda done: tell("refits with an effect", done, len(best)),
+    )  # fmt: skip
     refitted = [(p.effect.key, model) for p, model in zip(best, models, strict=True) if model is not None]
     candidates = [compare_candidates(key, current, model) for key, model in refitted]
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))

@@ -94,16 +94,14 @@ def _identify_all(
 ) -> list[Identified]:
     """Identify the devices, several at a time; whatever ends this command ends those that run."""
     running = Running()
-    bar: Any = progress(total=len(campaigns), title="devices", quiet=quiet)
     ended: dict[str, Identified] = {}
-    with bar, ThreadPoolExecutor(workers) as pool:
+    with progress(total=len(campaigns), title="devices", quiet=quiet) as bar, ThreadPoolExecutor(workers) as pool:
         try:
             jobs = [pool.submit(_identify, running, name, path, out, options) for name, path in campaigns.items()]
             for job in as_completed(jobs):
                 one = job.result()
                 ended[one.name] = one
-                bar.update()
-                bar.set_postfix_str(one.name)
+                bar.update(figures=one.name)
         except BaseException:
             running.end()
             raise

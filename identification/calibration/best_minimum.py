@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from haptid.identification.statistics.covariance import curvature
 from haptid.identification.thresholds import THRESHOLDS
 
 
-def reach_minima(problem: Problem, workers: Workers, report: Callable[[int], None]) -> Minima:
+def reach_minima(problem: Problem, workers: Workers) -> Minima:
     """Follow the starts to their minima; without free parameters the one minimum is the FMU as it is stated.
 
     Parameters
@@ -26,8 +25,6 @@ def reach_minima(problem: Problem, workers: Workers, report: Callable[[int], Non
         Problem to minimise.
     workers
         Workers that run the starts.
-    report
-        Called with the number of starts that are done.
 
     Returns
     -------
@@ -40,7 +37,7 @@ def reach_minima(problem: Problem, workers: Workers, report: Callable[[int], Non
         Where no start gave a finite simulation.
     """
     if problem.n_parameters:
-        return find_minima(problem, workers, report)
+        return find_minima(problem, workers)
     x = np.zeros(0)
     only = Descent(x=x, cost=cost_of(problem.blocks(x, jacobian=False)), calls=1, converged=True)
     return Minima(descents=(only,), basins=sort_into_basins(problem, [only]))

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
@@ -22,7 +22,8 @@ from haptid.identification.calibration.simulator import ForeignSimulator, equati
 from haptid.identification.fit.multistart import fit_at
 from haptid.identification.foreign.binding import quantities_of
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.optimise.watched import Watched
+from haptid.identification.optimise.workers import Here, Processes, Tell, Workers, tell_nobody
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
@@ -32,8 +33,6 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 from haptid.measurement.values.run import Array
 from haptid.support.processes.threads import single_threaded
-
-Report = Callable[[int], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,9 +126,7 @@ def try_all_runs(campaign: ForeignCampaign, simulator: ForeignSimulator) -> floa
     return took
 
 
-def calibrate(
-    campaign: ForeignCampaign, fmu: ForeignFmu, options: FitOptions, report: Report = lambda _: None
-) -> Calibration:
+def calibrate(campaign: ForeignCampaign, fmu: ForeignFmu, options: FitOptions, tell: Tell = tell_nobody) -> Calibration:
     """Identify the parameters of an FMU.
 
     Parameters
@@ -140,8 +137,8 @@ def calibrate(
         The FMU, which stays open.
     options
         Method, starts, seed, workers and loss of the fit.
-    report
-        Called with the number of starts that are done.
+    tell
+        Told the share of the starts that is done, and figures.
 
     Returns
     -------
@@ -164,7 +161,7 @@ def calibrate(
     tolerance = max(options.tolerance, largest_residual_of_noise(sum(run.y.size for run in fitted)))
     problem = Problem.of(simulator, fitted, options.but(gains=(0.0,), weights=(1.0, 1.0), tolerance=tolerance))
     with _workers(problem, took) as workers:
-        minima = single_threaded(reach_minima, problem, workers, report)
+        minima = single_threaded(reach_minima, problem, Watched(workers=workers, tell=tell))
     # Events may lie closer or wider at the minimum than at the first guess.
     there = with_chosen_steps(simulator, problem.theta(minima.best.x), fitted)
     problem = replace(problem, simulator=there)

@@ -7,9 +7,9 @@ import numpy as np
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.remarks import remarks_on
 from haptid.identification.calibration.simulator import ForeignSimulator
-from haptid.identification.output.summary import table_text
 from haptid.identification.result.outcome import Outcome
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
+from haptid.support.tables import Table, Told
 
 SENTENCES = {
     Outcome.CONVERGED: "several starts agree on the best minimum, and what is left is the outputs' noise",
@@ -97,8 +97,8 @@ def run_rows(calibration: Calibration) -> list[tuple[str, ...]]:
     return rows
 
 
-def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
-    """Write what `measurement.check` says of a campaign about an FMU.
+def checked(campaign: ForeignCampaign, simulator: ForeignSimulator) -> Told:
+    """Tell what `measurement.check` says of a campaign about an FMU.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
 
     Returns
     -------
-    str
+    list
         Head, and a table with a row for each run and output; "~" marks a noise that was estimated. Last, what the FMU's
         description says against its use.
     """
@@ -128,7 +128,8 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
         f"{len(campaign.runs)} runs ({', '.join(by_use)}), inputs {', '.join(campaign.inputs) or 'none'}, "
         f"parameters to fit {free}"
     )
-    return "\n\n".join((head, table_text(CHECKED, rows), *remarks_on(campaign, fmu)))
+    remarks = (f"\n{remark}" for remark in remarks_on(campaign, fmu))
+    return [f"{head}\n", Table(header=CHECKED, rows=rows, ruled=True), *remarks]
 
 
 def attention(calibration: Calibration) -> list[str]:
@@ -158,8 +159,8 @@ def attention(calibration: Calibration) -> list[str]:
     return [*said, *calibration.remarks]
 
 
-def summary_text(calibration: Calibration) -> str:
-    """Write the command's summary: parameters, runs, outcome, and what needs attention.
+def summary_told(calibration: Calibration) -> Told:
+    """Tell what the command tells at its end: parameters, runs, outcome, and what needs attention.
 
     Parameters
     ----------
@@ -168,12 +169,16 @@ def summary_text(calibration: Calibration) -> str:
 
     Returns
     -------
-    str
-        Paragraphs with a blank line between them.
+    list
+        Tables and sentences with a blank line between them.
     """
     fit = calibration.fit
     reached = f"{len(fit.basins[0].starts)} of {fit.starts} starts share the best minimum, " if fit.free else ""
     how = f"{reached}{fit.simulations} simulations, {fit.wall_s:.1f} s"
-    parts = [table_text(HEADER, parameter_rows(calibration))] if fit.equations.parameters else []
-    parts += [table_text(RUNS, run_rows(calibration)), f"{sentence_of(fit.outcome)} ({how})"]
-    return "\n\n".join(["\n\n".join(parts), *attention(calibration)])
+    told: list[str | Table] = []
+    if fit.equations.parameters:
+        told += [Table(header=HEADER, rows=parameter_rows(calibration), ruled=True), ""]
+    told += [Table(header=RUNS, rows=run_rows(calibration), ruled=True), "", f"{sentence_of(fit.outcome)} ({how})"]
+    for sentence in attention(calibration):
+        told += ["", sentence]
+    return told

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from haptid.identification.optimise.basins import sort_into_basins
 from haptid.identification.optimise.homotopy import descend
 from haptid.identification.optimise.levenberg_marquardt import Descent
 from haptid.identification.optimise.starts import sobol_starts
-from haptid.identification.optimise.workers import Workers
+from haptid.identification.optimise.workers import Tell, Workers, tell_nobody
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin
 from haptid.identification.result.outcome import NoStartError
@@ -45,7 +45,7 @@ class Minima:
         return min(self.descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
 
 
-def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None] = lambda _: None) -> Minima:
+def find_minima(problem: Problem, workers: Workers) -> Minima:
     """Follow starts around the first guess to their minima, until enough of them share the best one.
 
     Parameters
@@ -54,8 +54,6 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
         Problem to minimise.
     workers
         Workers that run the starts.
-    report
-        Called with the number of starts that are done, before each further one.
 
     Returns
     -------
@@ -71,10 +69,9 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
     starts = sobol_starts(problem.parametrisation, first, options.starts, options.seed)
 
     def more(done: Sequence[Descent]) -> int:
-        report(len(done))
         return _more(problem, done)
 
-    descents = workers.until(descend_from, [(problem, theta) for theta in starts], more)
+    descents = workers.until(descend_from, [(problem, theta) for theta in starts], more, what="start")
     basins = sort_into_basins(problem, descents)
     if not basins:
         files = ", ".join(run.file for run in problem.runs)
@@ -83,7 +80,7 @@ def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None
     return Minima(descents=tuple(descents), basins=basins)
 
 
-def descend_from(problem: Problem, theta: Array) -> Descent:
+def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> Descent:
     """Follow one start to a minimum; a worker runs it.
 
     Parameters
@@ -92,12 +89,14 @@ def descend_from(problem: Problem, theta: Array) -> Descent:
         Problem to minimise.
     theta
         Parameters of the start, shape (n_p,); the initial states start at the first samples.
+    tell
+        Told how far the start is.
 
     Returns
     -------
     Descent
     """
-    return descend(problem, problem.first(theta))
+    return descend(problem, problem.first(theta), tell)
 
 
 def _more(problem: Problem, done: Sequence[Descent]) -> int:
@@ -105,7 +104,7 @@ def _more(problem: Problem, done: Sequence[Descent]) -> int:
     options = problem.options
     basins = sort_into_basins(problem, done)
     if not basins:
-        return 1
+        return options.agree
     # Above the noise the residual cannot confirm that a minimum is the best: more starts must agree on it.
     quiet = basins[0].over_noise <= options.tolerance
     return max((options.agree if quiet else THRESHOLDS.agreeing_starts_above_noise) - len(basins[0].starts), 0)

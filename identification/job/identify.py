@@ -53,6 +53,7 @@ def identify(job: Job, listener: Listener, finished: Callable[[Step], None] = la
         Where the folder cannot be written, or the scheduler not be reached.
     """
     steps, data = _fit_configurations(job, listener, finished)
+    listener.progress("whole device")
     whole, verification = _combine(job, steps)
     data |= {"links": _links_json(whole), "verification": verification.as_json()}
     data["whole"] = dict(whole.values) if whole else {}
@@ -71,6 +72,10 @@ def _fit_configurations(
     data = _head(job, digest)
     steps: list[Step] = []
     count = len(job.configurations)
+
+    def tell(number: int, share: float, figures: str) -> None:
+        listener.progress(_title(job, number), number + share, count, figures)
+
     with workers_of(job.scheduler, job.options.workers) as workers:
         tell_remarks(job.campaign, listener)
         sequence = Sequence(
@@ -80,8 +85,11 @@ def _fit_configurations(
             options=job.options,
             workers=workers,
             kept=dict(enumerate(entries)),
+            tell=tell,
         )
-        listener.progress(job.configurations[0].name, 0, count)
+        # What was kept takes no time, and is no measure of what is left.
+        first = min(len(entries), count - 1)
+        listener.progress(_title(job, first), first, count, "equations and kernels")
         for step in sequence.steps(job.configurations):
             steps.append(step)
             source = data_digest(job.campaign, job.device, step.configuration)
@@ -89,8 +97,14 @@ def _fit_configurations(
             # After every configuration: an interrupted identification is continued from the finished ones.
             write_json(job.file, data)
             finished(step)
-            listener.progress(job.configurations[min(len(steps), count - 1)].name, len(steps), count)
+            if first < len(steps) < count:
+                listener.progress(_title(job, len(steps)), len(steps), count, "equations and kernels")
     return tuple(steps), data
+
+
+def _title(job: Job, number: int) -> str:
+    """Return name and place of a configuration, as in ``joint 4 (1 of 7)``."""
+    return f"{job.configurations[number].name} ({number + 1} of {len(job.configurations)})"
 
 
 def _head(job: Job, digest: str) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import click
 
-from haptid.identification.optimise.workers import Enough, Submitting
+from haptid.identification.optimise.workers import Enough, Submitting, Watch
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.installing.extras import need
 from haptid.support.processes.threads import single_threaded
@@ -82,7 +82,15 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
         """
         return self._client.submit(single_threaded, function, *task, retries=3, pure=False)
 
-    def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
+    def until(
+        self,
+        function: Callable[..., T],
+        tasks: Sequence[tuple[Any, ...]],
+        more: Enough,
+        *,
+        what: str = "",
+        watch: Watch | None = None,
+    ) -> list[T]:
         """See `identification.optimise.workers.Workers`.
 
         Raises
@@ -93,7 +101,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
         from distributed import KilledWorker  # noqa: PLC0415 (as above)
 
         try:
-            return super().until(function, tasks, more)
+            return super().until(function, tasks, more, what=what, watch=watch)
         except KilledWorker:
             msg = "--scheduler: workers of the cluster were killed by one task again and again; give them more memory"
             raise NumericalError(msg) from None

@@ -19,11 +19,22 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.identification.optimise.inner_step import coarsen
-from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of, minimise
+from haptid.identification.optimise.levenberg_marquardt import (
+    Descent,
+    Simulated,
+    cost_of,
+    ignore_simulation,
+    minimise,
+)
 from haptid.identification.optimise.slsqp import slsqp
+from haptid.identification.optimise.workers import Tell, tell_nobody
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.numbers import plain
+
+SHARE_OF_SIMULATION = 0.1
+"""Share of what is left of a level that one simulation of all runs does, for those who wait [1]."""
 
 
 def follow_gains(
@@ -54,7 +65,7 @@ def follow_gains(
     return reached
 
 
-def descend(problem: Problem, x: Array) -> Descent:
+def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
     """Follow the minimum from the first observer gain to the last and polish it.
 
     Parameters
@@ -63,6 +74,8 @@ def descend(problem: Problem, x: Array) -> Descent:
         Problem whose options name gains and method.
     x
         First unknowns, shape (n,).
+    tell
+        Told the share of the levels that is done, and how large the residual is.
 
     Returns
     -------
@@ -78,10 +91,10 @@ def descend(problem: Problem, x: Array) -> Descent:
         if number in {0, len(gains) - 1}:
             coarse = coarsen(problem, x, gain)
         if number == len(gains) - 1:
-            return _level(coarse, x, number, near=close)
+            return _level(coarse, x, number, near=close, tell=_at_level(problem, number, tell))
         asked = not close
         close = close or is_near_the_data(coarse, x)
-        reached = Descent.at(x) if close else _level(coarse, x, number)
+        reached = Descent.at(x) if close else _level(coarse, x, number, tell=_at_level(problem, number, tell))
         return replace(reached, calls=reached.calls + asked)
 
     near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
@@ -94,6 +107,7 @@ def descend(problem: Problem, x: Array) -> Descent:
             iterations=THRESHOLDS.most_iterations_of_last_level,
             tolerance=THRESHOLDS.tolerance_of_last_level,
             damping=THRESHOLDS.least_damping_of_slsqp,
+            tell=_at_level(problem, len(gains), tell),
         )
         return replace(exact, calls=near.calls + exact.calls)
     # Far above the noise the residual is a correlated model error, whose parameters no further digit describes.
@@ -107,6 +121,7 @@ def descend(problem: Problem, x: Array) -> Descent:
         tolerance=0.0,
         relative=tolerance,
         damping=1e-9,
+        tell=_at_level(problem, len(gains), tell),
     )
     return replace(polish, calls=near.calls + polish.calls)
 
@@ -133,7 +148,23 @@ def is_near_the_data(problem: Problem, x: Array) -> bool:
     return bool(residual <= min(THRESHOLDS.largest_residual_near_the_data, most))
 
 
-def _level(problem: Problem, x: Array, number: int, *, near: bool = False) -> Descent:
+def _at_level(problem: Problem, number: int, tell: Tell) -> Simulated:
+    """Return a function that tells how far a minimiser at a level is; the polish is the last level.
+
+    Nobody knows how many simulations a level takes: each does `SHARE_OF_SIMULATION` of what is left of it.
+    """
+    levels = len(problem.options.gains) + 1
+
+    def told(calls: int, cost: float) -> None:
+        share = (number + 1.0 - (1.0 - SHARE_OF_SIMULATION) ** calls) / levels
+        tell(share, f"level {number + 1} of {levels}, {plain(float(np.sqrt(cost / problem.weight)))} times the noise")
+
+    return told
+
+
+def _level(  # what is minimised, where it begins, and who listens
+    problem: Problem, x: Array, number: int, *, near: bool = False, tell: Simulated = ignore_simulation
+) -> Descent:
     """Minimise at one gain; ``near`` says whether x leaves little of the motion."""
     gains = problem.options.gains
     last = number == len(gains) - 1
@@ -142,10 +173,10 @@ def _level(problem: Problem, x: Array, number: int, *, near: bool = False) -> De
         iterations, tolerance = THRESHOLDS.most_iterations_of_last_level, THRESHOLDS.tolerance_of_last_level
     # Near the data Levenberg–Marquardt converges quadratically, SLSQP in three to five times as many simulations.
     if problem.options.method == "gauss_newton" or (near and not problem.options.passive):
-        return minimise(problem, x, gains[number], iterations=iterations, tolerance=0.0, relative=tolerance)
+        return minimise(problem, x, gains[number], iterations=iterations, tolerance=0.0, relative=tolerance, tell=tell)
     # Strong damping in the first levels, where the parameters may be far from the minimum.
     damping = max(0.1**number, THRESHOLDS.least_damping_of_slsqp)
-    return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping)
+    return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping, tell=tell)
 
 
 def feasible(problem: Problem, x: Array) -> Array:

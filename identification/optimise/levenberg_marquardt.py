@@ -13,6 +13,7 @@ their minimum.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,21 @@ from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.problem.retraction import Retraction
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+
+Simulated = Callable[[int, float], None]
+"""Function that is told the number of simulations of all runs so far, and the smallest cost [squares over noise]."""
+
+
+def ignore_simulation(calls: int, cost: float) -> None:
+    """Take how far a minimiser is, and do nothing.
+
+    Parameters
+    ----------
+    calls
+        Number of simulations of all runs.
+    cost
+        Smallest cost so far [squares over the noise].
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +78,7 @@ class Descent:
         return cls(x=x, cost=float("inf"), calls=0, converged=False)
 
 
-def minimise(
+def minimise(  # noqa: PLR0913 # what is minimised, when to stop, and who listens
     problem: Problem,
     x: Array,
     gain: float = 0.0,
@@ -71,6 +87,7 @@ def minimise(
     tolerance: float = 0.01,
     relative: float = 0.0,
     damping: float = 1e-3,
+    tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise ‖r(x)‖² under bounds and orderings by Levenberg–Marquardt steps.
 
@@ -91,6 +108,8 @@ def minimise(
         The same as a share of the cost; the larger of both counts.
     damping
         Damping λ of the first step.
+    tell
+        Told after each simulation of all runs.
 
     Returns
     -------
@@ -138,6 +157,7 @@ def minimise(
             # From 1e-6 upwards: a rejected undamped step would take many more simulations to become shorter.
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
         costs.append(cost)
+        tell(calls, cost)
     return Descent(x=x, cost=cost, calls=calls, converged=converged)
 
 

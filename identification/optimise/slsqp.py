@@ -10,13 +10,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
+from haptid.identification.optimise.levenberg_marquardt import Descent, Simulated, cost_of, ignore_simulation
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.passivity import passivity
 from haptid.identification.problem.residuals import Problem
@@ -30,8 +31,8 @@ VALUE_WHERE_NOT_FINITE = 80.0
 class _Cost:
     """Compute f and ∇f in w, count the simulations and keep the best point."""
 
-    def __init__(self, problem: Problem, x: Array, gain: float, damping: float) -> None:
-        self.problem, self.gain, self.x, self.calls = problem, gain, x, 0
+    def __init__(self, problem: Problem, x: Array, gain: float, damping: float, tell: Simulated) -> None:
+        self.problem, self.gain, self.x, self.calls, self.tell = problem, gain, x, 0, tell
         self.along = Retraction.of(problem)
         now = self._blocks(x)
         self.best, self.cost = x, cost_of(now)
@@ -60,6 +61,7 @@ class _Cost:
             return VALUE_WHERE_NOT_FINITE, np.zeros_like(w)
         if cost < self.cost:
             self.best, self.cost = x, cost
+        self.tell(self.calls, self.cost)
         return float(np.log(cost / self.problem.weight)), self.tangent(w).T @ (2.0 * (now.jacobian.T @ r) / cost)
 
 
@@ -71,6 +73,7 @@ def slsqp(
     iterations: int = 60,
     tolerance: float = 1e-9,
     damping: float = 1e-3,
+    tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise ‖r(x)‖² under bounds and orderings by SLSQP, started again until the cost no longer falls.
 
@@ -88,6 +91,8 @@ def slsqp(
         SLSQP's tolerance of f; ten times of it, as a share of the cost, is a decrease too small for another start.
     damping
         λ, added to the Hessian of f at the beginning of each start.
+    tell
+        Told after each simulation of all runs.
 
     Returns
     -------
@@ -96,7 +101,7 @@ def slsqp(
     """
     calls = 0
     while True:
-        cost = _Cost(problem, x, gain, damping)
+        cost = _Cost(problem, x, gain, damping, tell=partial(_tell_after, tell, calls))
         if not np.isfinite(cost.cost):
             return Descent(x=x, cost=cost.cost, calls=calls, converged=False)
         before = cost.cost
@@ -105,6 +110,11 @@ def slsqp(
         small = before - cost.cost <= 10.0 * tolerance * cost.cost
         if small or calls >= iterations:
             return Descent(x=x, cost=cost.cost, calls=calls, converged=success and small)
+
+
+def _tell_after(tell: Simulated, before: int, calls: int, cost: float) -> None:
+    """Tell the simulations of this start after those of the starts before."""
+    tell(before + calls, cost)
 
 
 def _minimise_once(cost: _Cost, iterations: int, tolerance: float) -> bool:

@@ -9,23 +9,67 @@ everywhere: its sums would otherwise depend on the number of threads.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
-from contextlib import AbstractContextManager
+from concurrent.futures import Future, wait
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
+from haptid.support.processes.messages import Mailbox
 from haptid.support.processes.pool import Pool
 from haptid.support.processes.threads import single_threaded
 
 T = TypeVar("T")
+MESSAGES_EVERY_S = 0.2
+"""Interval at which messages of tasks are taken [s]."""
 Enough = Callable[[Sequence[Any]], int]
 """Function from the results so far to the smallest number of further results that are needed; 0 ends."""
+
+
+Tell = Callable[[float, str], None]
+"""Function that is told the share of a task that is done, from 0 to 1, and figures in words."""
+Watch = Callable[[int, float, str], None]
+"""The same for several tasks: number of the task, share and figures."""
+
+
+def tell_nobody(share: float, figures: str) -> None:
+    """Take how far a task is, and do nothing.
+
+    Parameters
+    ----------
+    share
+        Share that is done.
+    figures
+        Figures so far.
+    """
+
+
+def watch_nothing(task: int, share: float, figures: str) -> None:
+    """Take how far a task of several is, and do nothing.
+
+    Parameters
+    ----------
+    task
+        Number of the task.
+    share
+        Share that is done.
+    figures
+        Figures so far.
+    """
 
 
 class Workers(Protocol):
     """Runs functions of picklable arguments."""
 
-    def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
+    def until(
+        self,
+        function: Callable[..., T],
+        tasks: Sequence[tuple[Any, ...]],
+        more: Enough,
+        *,
+        what: str = "",
+        watch: Watch | None = None,
+    ) -> list[T]:
         """Run tasks until enough are done.
 
         Parameters
@@ -36,6 +80,10 @@ class Workers(Protocol):
             Arguments of the tasks, in their order.
         more
             Function from the results so far to the smallest number of further results that are needed.
+        what
+            What one task is, for those who wait.
+        watch
+            Told of each task how far it is; ``function`` then takes a `Tell` after the arguments of the task.
 
         Returns
         -------
@@ -47,7 +95,15 @@ class Workers(Protocol):
 class Here:
     """Runs one task after the other in this process."""
 
-    def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
+    def until(
+        self,
+        function: Callable[..., T],
+        tasks: Sequence[tuple[Any, ...]],
+        more: Enough,
+        *,
+        what: str = "",  # noqa: ARG002 (who tells, knows it)
+        watch: Watch | None = None,
+    ) -> list[T]:
         """Run tasks one after the other until enough are done.
 
         Parameters
@@ -56,7 +112,7 @@ class Here:
             Function of a task's arguments.
         tasks
             Arguments of the tasks, in their order.
-        more
+        more, what, watch
             As in `Workers.until`.
 
         Returns
@@ -65,20 +121,23 @@ class Here:
             Results of the first tasks, in order.
         """
         results: list[T] = []
-        for task in tasks:
+        for number, task in enumerate(tasks):
             if more(results) <= 0:
                 break
-            results.append(single_threaded(function, *task))
+            tell = () if watch is None else (partial(watch, number),)
+            results.append(single_threaded(function, *task, *tell))
         return results
 
 
 class Submitting:
     """Takes results of futures in the order of the tasks; subclasses say how a task is submitted.
 
-    ``count`` is the number of workers.
+    ``count`` is the number of workers; ``here`` says whether they run on this machine, where they can tell how far they
+    are.
     """
 
     count: int
+    here: bool = False
 
     def submit(self, function: Callable[..., T], *task: Any) -> Any:
         """Start a task and return its future.
@@ -102,7 +161,15 @@ class Submitting:
         """
         raise NotImplementedError
 
-    def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
+    def until(
+        self,
+        function: Callable[..., T],
+        tasks: Sequence[tuple[Any, ...]],
+        more: Enough,
+        *,
+        what: str = "",  # noqa: ARG002 (the same)
+        watch: Watch | None = None,
+    ) -> list[T]:
         """Run tasks until enough are done; as many tasks as there are workers run from the beginning.
 
         Parameters
@@ -111,7 +178,7 @@ class Submitting:
             Function of a task's arguments.
         tasks
             Arguments of the tasks, in their order.
-        more
+        more, what, watch
             As in `Workers.until`.
 
         Returns
@@ -121,14 +188,29 @@ class Submitting:
         """
         futures: list[Any] = []
         results: list[T] = []
-        while (needed := more(results)) > 0 and len(results) < len(tasks):
-            # Tasks beyond the needed ones keep all workers busy; their results are dropped where enough are done.
-            ahead = min(max(self.count, len(results) + needed), len(tasks))
-            futures += [self.submit(function, *task) for task in tasks[len(futures) : ahead]]
-            results.append(futures[len(results)].result())
+        with nullcontext() if watch is None or not self.here else Mailbox() as mailbox:
+            while (needed := more(results)) > 0 and len(results) < len(tasks):
+                # Tasks beyond the needed ones keep all workers busy; their results are dropped where enough are done.
+                ahead = min(max(self.count, len(results) + needed), len(tasks))
+                for number in range(len(futures), ahead):
+                    tell = () if mailbox is None else (mailbox.sender(number),)
+                    futures.append(self.submit(function, *tasks[number], *tell))
+                if mailbox is not None and watch is not None:
+                    _watch_until_done(futures[len(results)], mailbox, watch)
+                results.append(futures[len(results)].result())
         for future in futures[len(results) :]:
             future.cancel()
         return results
+
+
+def _watch_until_done(future: Future[Any], mailbox: Mailbox, watch: Watch) -> None:
+    """Hand on what the tasks tell until one of them is done."""
+    done = False
+    while not done:
+        done = bool(wait([future], timeout=MESSAGES_EVERY_S).done)
+        latest = {message.task: message for message in mailbox.messages()}  # only the last word of a task counts
+        for message in latest.values():
+            watch(message.task, message.share, message.figures)
 
 
 class Processes(Submitting, AbstractContextManager["Processes"]):
@@ -139,6 +221,8 @@ class Processes(Submitting, AbstractContextManager["Processes"]):
     count
         Number of processes.
     """
+
+    here = True
 
     def __init__(self, count: int) -> None:
         self.count = count

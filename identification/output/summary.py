@@ -1,4 +1,4 @@
-"""Summary that the command prints: `Step`s and verification in, text out.
+"""Summary that the command prints: `Step`s and verification in, tables and sentences out.
 
 It has one line per configuration, sentences on what needs attention, and the scores of the whole model.
 """
@@ -14,29 +14,10 @@ from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import tell_comparison, tell_delay, tell_over_noise
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
+from haptid.support.tables import Table, Told
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "seconds", "outcome")
 PARAMETER_HEADER = ("parameter", "value", "std", "unit", "status")
-
-
-def table_text(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Lay out a table in left-aligned columns.
-
-    Parameters
-    ----------
-    header
-        Headings of the columns.
-    rows
-        Cells by row, as many as headings.
-
-    Returns
-    -------
-    str
-        Lines: header, rule, rows.
-    """
-    widths = [max(len(row[k]) for row in (header, *rows)) for k in range(len(header))]
-    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in (header, *rows)]
-    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
 
 
 def step_row(step: Step) -> tuple[str, ...]:
@@ -107,8 +88,8 @@ def residual_unit(step: Step) -> str:
     return unit_for("N m" if step.torque_scored else "rad", step.configuration.runs[0].prismatic)
 
 
-def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
-    """Write the summary of a campaign.
+def summary_told(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told:
+    """Tell what came out of a campaign.
 
     Parameters
     ----------
@@ -119,24 +100,19 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
 
     Returns
     -------
-    str
+    list
         Table of configurations, the parameters where there is one configuration, the comparison with the plain model,
         sentences that need attention, and the whole model's scores where it was verified.
     """
-    parts = [table_text(HEADER, [step_row(step) for step in steps])]
+    told: list[str | Table] = [Table(header=HEADER, rows=[step_row(step) for step in steps], ruled=True)]
     if len(steps) == 1:  # of several joints the table would be longer than a screen; the report has it
-        parts.append(table_text(PARAMETER_HEADER, parameter_rows(steps[0])))
+        told.append(Table(header=PARAMETER_HEADER, rows=parameter_rows(steps[0]), ruled=True))
     for step in steps:
-        comparison = tell_comparison(step)
-        if comparison is not None:
-            parts.append(f"{step.configuration.name}: {comparison}")
-        delay = tell_delay(step)
-        if delay is not None:
-            parts.append(f"{step.configuration.name}: {delay}")
-        parts += [f"{step.configuration.name}: {sentence}" for sentence in attention(step)]
+        sentences = [tell_comparison(step), tell_delay(step), *attention(step)]
+        told += [f"{step.configuration.name}: {sentence}" for sentence in sentences if sentence is not None]
     runs = verification.get("runs", [])
     if runs:
-        parts.append(
+        told.append(
             "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the spread of the "
             "parameters explain:"
         )
@@ -149,8 +125,8 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
             for run in runs
         ]
         numbers = [f"joint {one['joint']}" for one in runs[0]["joints"]]
-        parts.append(table_text(("run", "simulated in", *numbers), rows))
-    return "\n".join(parts)
+        told.append(Table(header=("run", "simulated in", *numbers), rows=rows, ruled=True))
+    return told
 
 
 def _whole(joint: Mapping[str, Any]) -> str:

@@ -14,12 +14,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.plain_guess import states_no_friction
 from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
-from haptid.identification.optimise.workers import Workers
+from haptid.identification.optimise.watched import Watched
+from haptid.identification.optimise.workers import Watch, Workers, watch_nothing
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
@@ -57,6 +59,8 @@ class Sequence:
         Workers that run the starts.
     kept
         Entries of identification.json of an earlier, interrupted run by number of the configuration, from 0.
+    tell
+        Told number of the configuration, share of it that is done, and figures.
     """
 
     campaign: Campaign
@@ -65,6 +69,7 @@ class Sequence:
     options: FitOptions
     workers: Workers
     kept: Mapping[int, Mapping[str, Any]]
+    tell: Watch = watch_nothing
 
     def steps(self, configurations: tuple[Configuration, ...]) -> Iterator[Step]:
         """Fit one configuration after the other.
@@ -92,7 +97,7 @@ class Sequence:
         for number, configuration in enumerate(configurations):
             coefficients = self._coefficients(configuration)
             equations = self._equations(configuration, belief, coefficients, found)
-            step = self._step(configuration, equations, self.kept.get(number))
+            step = self._step(number, configuration, equations)
             if belief is not None:
                 one = measurement_of(step.fit, coefficients)
                 # Compared before the belief is updated: afterwards the coefficients would be compared with themselves.
@@ -125,7 +130,8 @@ class Sequence:
         own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
         return carry_over(equations, belief, coefficients, own, stated)
 
-    def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
+    def _step(self, number: int, configuration: Configuration, equations: Equations) -> Step:
+        kept = self.kept.get(number)
         if kept is not None:
             with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
                 fitted = fit_from_json(kept, equations)
@@ -140,8 +146,9 @@ class Sequence:
                     .with_positions(fitted)
                     .compare(judged, torque_scored=scored),
                 )
+        workers = Watched(workers=self.workers, tell=partial(self.tell, number))
         with name_campaign_in_errors(self.campaign, configuration.free_joints):
-            made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)
+            made = fit_runs(self._test(configuration, equations), options=self.options, workers=workers)
         return Step(configuration=configuration, fit=made.fit, torque_scored=made.torque_scored, compared=made.compared)
 
     def _test(self, configuration: Configuration, equations: Equations) -> JointTest:

@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.identification.optimise.levenberg_marquardt import minimise
-from haptid.identification.optimise.workers import Here, Workers
+from haptid.identification.optimise.workers import Here, Tell, Workers, tell_nobody
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
@@ -107,15 +107,18 @@ def jackknife_std(
         in scaled unknowns.
     """
     tasks = [(replace(problem, roots=roots), x) for roots in leave_out_blocks(problem.roots, blocks)]
-    refits = workers.until(_refit, tasks, lambda done: len(tasks) - len(done))
+    refits = workers.until(_refit, tasks, lambda done: len(tasks) - len(done), what="refit")
     s, widths = np.array([x for x, _ in refits]), np.array([std for _, std in refits])
     spread = np.sqrt((len(s) - 1) / len(s) * np.sum((s - s.mean(axis=0)) ** 2, axis=0))
     return np.asarray(np.maximum(spread, widths.max(axis=0)))
 
 
-def _refit(problem: Problem, x: Array) -> tuple[Array, Array]:
+def _refit(problem: Problem, x: Array, tell: Tell = tell_nobody) -> tuple[Array, Array]:
     """Return the minimum near x and the standard deviations there."""
-    found = minimise(problem, x, iterations=THRESHOLDS.most_simulations_of_refit, tolerance=0.0, relative=1e-4).x
+    most = THRESHOLDS.most_simulations_of_refit
+    found = minimise(
+        problem, x, iterations=most, tolerance=0.0, relative=1e-4, tell=lambda calls, _: tell(calls / most, "")
+    ).x
     return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
 
 

@@ -13,6 +13,7 @@ from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
+from haptid.support.tables import Table, Told
 
 HEADER = (
     "file",
@@ -158,8 +159,8 @@ def _own_words(run: Run) -> list[str]:
     return [*([f"excluded: {run.reason}"] if run.use == "excluded" else []), *run.notes]
 
 
-def table_text(rows: tuple[Row, ...]) -> str:
-    """Lay the rows out as a text table of aligned columns, with the remarks below.
+def table_told(rows: tuple[Row, ...]) -> Told:
+    """Lay the rows out as a table, with the remarks below.
 
     Parameters
     ----------
@@ -168,13 +169,10 @@ def table_text(rows: tuple[Row, ...]) -> str:
 
     Returns
     -------
-    str
-        Lines under a header, without a line break at the end.
+    list
+        Table, and the lines of the remarks.
     """
-    cells = [HEADER, *(row.cells for row in rows)]
-    widths = [max(len(line[k]) for line in cells) for k in range(len(HEADER))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
-    return "\n".join([*lines, *_remark_lines(rows)])
+    return [Table(header=HEADER, rows=[row.cells for row in rows]), *_remark_lines(rows)]
 
 
 def _remark_lines(rows: tuple[Row, ...]) -> list[str]:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from haptid.measurement.format.devices import SUFFIXES, device_names
+from haptid.measurement.format.devices import SINGLE_JOINT, SUFFIXES, device_names
 from haptid.measurement.making.mapping import Target
 from haptid.model.device.device import Device
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file
 from haptid.support.suggestion import did_you_mean
+
+VALIDATION = re.compile(r"(^|[^a-z])(val|valid|validate|validation|unseen|holdout|hold_out)([^a-z]|$)")
+"""Words of a file's name that say that no fit shall see the run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +64,41 @@ class Answers:
     closed: frozenset[int] = frozenset()
     torque_constant: float | None = None
     resistance: float | None = None
+
+
+def propose_device(folder: Path) -> str:
+    """Propose a device: the file of one that lies among the tables, where there is exactly one.
+
+    Parameters
+    ----------
+    folder
+        Folder of the tables.
+
+    Returns
+    -------
+    str
+        Name of the file, or ``single_joint``.
+    """
+    files = sorted(path.name for path in folder.iterdir() if path.name.endswith(SUFFIXES) and is_file(path))
+    files = [name for name in files if name != "campaign.toml"]
+    return files[0] if len(files) == 1 else SINGLE_JOINT
+
+
+def propose_validation(names: Sequence[str]) -> tuple[str, ...]:
+    """Propose the runs that are kept from every fit: those whose names say so, as long as others are left.
+
+    Parameters
+    ----------
+    names
+        Names of all tables.
+
+    Returns
+    -------
+    tuple of str
+        In the order of ``names``; empty where no name says so.
+    """
+    chosen = tuple(name for name in names if VALIDATION.search(name.lower()))
+    return chosen if len(chosen) < len(names) else ()
 
 
 def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:

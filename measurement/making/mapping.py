@@ -149,7 +149,9 @@ def free_joints(
     if not found_joints or "time_s" not in columns:
         if not driven:
             _refuse_share_of_torque(columns, file)
-        todo = "name them with --map, as in --map 'tau=torque_0_Nm'"
+        parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
+        lacking = [word for there, word in parts if not there] or ["torque and position of one joint"]
+        todo = f"no {', no '.join(lacking)}: use --map 'tau=torque_0_Nm'"
         raise InputError(
             file, expected="columns time_s, torque_<j>_Nm, position_<j>_rad", got=", ".join(columns), todo=todo
         )

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from haptid.measurement.making.answers import find_device, select_runs
+from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.units_in_names import understand_columns
 from haptid.measurement.tables.table import Table
@@ -39,13 +39,51 @@ def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[
         flags["title"] = click.prompt("Title", default=folder.resolve().name)
     if flags["device"] is None:
         question = "Device (built-in name, device TOML or URDF, or single_joint)"
-        flags["device"] = _ask(question, "single_joint", lambda reply: find_device(reply, folder))
+        flags["device"] = _ask(question, propose_device(folder), lambda reply: find_device(reply, folder))
     if flags["measured"] is None:
         flags["measured"] = click.confirm("Were the data measured on a real device?", default=True)
     if not flags["validate"] and len(tables) > 1:
         question = f"Runs to keep from every fit, of {' '.join(names)} (names or val_*.csv, separated by spaces)"
-        flags["validate"] = _ask(question, "", lambda reply: select_runs(reply.split(), names))
+        flags["validate"] = _ask(
+            question, " ".join(propose_validation(names)), lambda reply: select_runs(reply.split(), names)
+        )
     return flags
+
+
+def assume_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Take what `ask_facts` would propose, without a question.
+
+    Parameters
+    ----------
+    folder
+        Folder of the tables.
+    tables
+        The user's tables.
+    flags
+        Options by name; None, or empty, where absent.
+
+    Returns
+    -------
+    flags, assumed
+        The options with the proposals, and a sentence on each with the flag that says otherwise.
+    """
+    flags, names, assumed = dict(flags), [table.file_name for table in tables], []
+    if flags["title"] is None:
+        flags["title"] = folder.resolve().name
+        assumed.append(f"the title is {flags['title']!r} (--title)")
+    if flags["device"] is None:
+        flags["device"] = propose_device(folder)
+        assumed.append(f"the device is {flags['device']} (--device)")
+    if flags["measured"] is None:
+        flags["measured"] = True
+        assumed.append("the data were measured on a real device (--synthetic)")
+    if not flags["validate"] and len(tables) > 1:
+        flags["validate"] = propose_validation(names)
+        kept = f"kept from every fit: {', '.join(flags['validate'])}"
+        assumed.append(f"{kept if flags['validate'] else 'no run is kept from every fit'} (--validate)")
+    if flags["noise"] is None:
+        assumed.append("the position's noise is to be estimated from the data (--noise)")
+    return flags, assumed
 
 
 def ask_columns(table: Table, stated: dict[str, Target], step: float | None) -> dict[str, Target]:

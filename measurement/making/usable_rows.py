@@ -14,12 +14,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
 
 Mask = NDArray[np.bool_]
 
@@ -65,6 +67,11 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
     UsableTable
         The table itself where another cell than an empty one holds no number, the time runs back, or more rows than
         `THRESHOLDS.largest_share_of_rows_left_out` would go.
+
+    Raises
+    ------
+    InputError
+        Where more rows than that have an empty cell: no run is left of signals of two rates.
     """
     whole = UsableTable(table=table, lost=np.zeros(len(table.frame), dtype=bool))
     needed = [name for name in needed if name in table.columns and not table.frame[name].isna().all()]
@@ -79,6 +86,8 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
     repeats = np.diff(values[time][filled], prepend=-np.inf) == 0.0
     kept = filled[~repeats]
     left_out = len(empty) - kept.size
+    if empty.sum() > THRESHOLDS.largest_share_of_rows_left_out * len(empty):
+        raise _mostly_empty(table, needed, empty)
     if left_out == 0 or left_out > THRESHOLDS.largest_share_of_rows_left_out * len(empty):
         return whole
     if np.any(np.diff(values[time][kept]) < 0.0):
@@ -90,6 +99,18 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
     about = " and ".join(word for word in words if word)
     rows = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True))
     return UsableTable(table=rows, lost=lost, about=(f"without {about}",))
+
+
+def _mostly_empty(table: Table, needed: Sequence[str], empty: Mask) -> InputError:
+    """Return the error of a table too many of whose rows have an empty cell; it names the first of them."""
+    row = int(np.flatnonzero(empty)[0])
+    column = next(name for name in needed if pd.isna(table.frame[name].iloc[row]))
+    most = f"{100 * THRESHOLDS.largest_share_of_rows_left_out:.0f} %"
+    todo = (
+        f"{int(empty.sum())} of {len(empty)} rows have one, and at most {most} are left out: fill them, or bring "
+        "signals of different rates to one rate"
+    )
+    return InputError(f"{table.row(row)}, {column}", expected="a finite number", got="an empty or NaN cell", todo=todo)
 
 
 def _counted(rows: int, what: str) -> str:

@@ -10,6 +10,8 @@ from typing import BinaryIO
 
 from haptid.support.errors import InputError
 
+CORRECT_CELL = "correct the cell, or take its row out"
+"""What to do about a cell that holds no number."""
 DECIMAL_COMMA = "where a comma is the decimal sign, export with decimal points"
 
 

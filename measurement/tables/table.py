@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.tables.damage import DECIMAL_COMMA, refuse_damaged
+from haptid.measurement.tables.damage import CORRECT_CELL, DECIMAL_COMMA, refuse_damaged
 from haptid.measurement.tables.layout import check_layout, refuse_bomb
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.thresholds import THRESHOLDS
@@ -132,7 +132,7 @@ class Table:
         """Return the error of a cell that is no finite number or is too large; it shows the cell as it is written."""
         cell = self._as_written(column, index)
         got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), SHOWN_CELL_CHARACTERS))
-        todo = "" if np.isnan(value) else f"no value is above {THRESHOLDS.largest_reading:g}"
+        todo = CORRECT_CELL if np.isnan(value) else f"no value is above {THRESHOLDS.largest_reading:g}"
         if re.fullmatch(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", str(cell), re.IGNORECASE):
             todo = DECIMAL_COMMA
         return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)

@@ -25,10 +25,15 @@ def warn(message: str) -> None:
 
 
 @contextmanager
-def warnings_on_stderr() -> Iterator[None]:
+def warnings_on_stderr(renamed: tuple[str, str] = ("", "")) -> Iterator[None]:
     """Print each `CampaignWarning` raised inside as ``warning: …`` on stderr, also where an error ends the block.
 
     A sentence that was issued several times is printed once. Other warnings are issued again after the block.
+
+    Parameters
+    ----------
+    renamed
+        Name of a folder that no user knows, such as a draft's, and the one that stands for it in the lines.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", CampaignWarning)
@@ -37,7 +42,7 @@ def warnings_on_stderr() -> Iterator[None]:
         finally:
             ours = [str(item.message) for item in caught if issubclass(item.category, CampaignWarning)]
             for message in dict.fromkeys(ours):
-                click.echo(f"warning: {message}", err=True)
+                click.echo(f"warning: {message.replace(*renamed) if renamed[0] else message}", err=True)
     for item in caught:
         if not issubclass(item.category, CampaignWarning):
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)

@@ -1,4 +1,4 @@
-"""The locking plan as text for the terminal: summary of `model.plan` in, one text out."""
+"""The locking plan as text for the terminal: summary of `model.plan` in, tables and lines out."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from haptid.report.locking_plan.tables import (
     posture_sentence,
     run_rows,
 )
+from haptid.support.tables import Table, Told
 
 
-def plan_text(plan: Data) -> str:
-    """Write the plan as text of several lines.
+def plan_told(plan: Data) -> Told:
+    """Tell the plan.
 
     Parameters
     ----------
@@ -28,13 +29,13 @@ def plan_text(plan: Data) -> str:
 
     Returns
     -------
-    str
+    list
         Order, counts of parameters, table of ones, what stays unidentifiable and the proposed tests.
     """
     order = ", ".join(configuration(joints) for joints in plan["locking_order"])
     base = plan["base_parameters"]
     header = ["", *(configuration(stage["free_joints"]) for stage in plan["stages"])]
-    lines = [
+    told = [
         plan["title"],
         f"Locking order: {order}",
         f"Base parameters of the full model: {base['count']} (exact), {base['rank_numeric']} (numeric rank); "
@@ -43,34 +44,29 @@ def plan_text(plan: Data) -> str:
         f"{base['reached_with_locked_joints_anywhere']} over postures",
         f"Unknowns: {plan['unknowns_at_once']} at once, at most {plan['largest_stage']} in one stage",
         "",
-        *_columns(list(COUNTS_HEADER), counts(plan)),
+        Table(header=COUNTS_HEADER, rows=counts(plan)),
         "",
         "Parameters first met in each configuration:",
-        *_columns(header, ones(plan)),
+        Table(header=header, rows=ones(plan)),
         "",
         "Stays unidentifiable:",
+        *(f"- {', '.join(entry['what'])}: {entry['why']}" for entry in plan["unidentifiable"]),
     ]
-    lines += [f"- {', '.join(entry['what'])}: {entry['why']}" for entry in plan["unidentifiable"]]
-    return "\n".join(lines + _design_text(plan))
+    return [*told, *_told_of_design(plan)]
 
 
-def _design_text(plan: Data) -> list[str]:
+def _told_of_design(plan: Data) -> Told:
     if "postures" not in plan:
         return []
-    lines = [
+    return [
         "",
         "Proposed runs, cosines of amplitude [N m or N] at frequency [rad/s]:",
-        *_columns(RUNS_HEADER, run_rows(plan)),
-    ]
-    lines += [f"joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])]
-    lines += ["", "Expected standard errors, plain runs and proposed ones:", *_columns(ERRORS_HEADER, error_rows(plan))]
-    lines += ["", posture_sentence(plan), *_columns(POSTURES_HEADER, posture_rows(plan))]
-    return lines
-
-
-def _columns(header: list[str], rows: list[list[str]]) -> list[str]:
-    widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in [header, *rows]
+        Table(header=RUNS_HEADER, rows=run_rows(plan)),
+        *(f"joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])),
+        "",
+        "Expected standard errors, plain runs and proposed ones:",
+        Table(header=ERRORS_HEADER, rows=error_rows(plan)),
+        "",
+        posture_sentence(plan),
+        Table(header=POSTURES_HEADER, rows=posture_rows(plan)),
     ]

@@ -73,8 +73,7 @@ def main(joints: str, sets: int, seed: int, workers: int, out: Path, *, quiet: b
             with progress(total=sets, title=f"joint {joint}", quiet=quiet) as bar:
 
                 def more(done: Sequence[Outcome], bar: Any = bar, joint: int = joint, design: Design = design) -> int:
-                    bar.n = len(done)
-                    bar.refresh()
+                    bar.update(len(done) - bar.n)
                     if done and (len(done) % KEPT_EVERY == 0 or len(done) == sets):
                         study.keep(joint, design, done)
                     return sets - len(done)

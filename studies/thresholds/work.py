@@ -30,6 +30,7 @@ from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
+from haptid.support.listener import ignore_progress
 from haptid.uq.density.forward import kernel_of
 from haptid.uq.result.infer import InferOptions, infer
 from haptid.uq.result.record import as_json as posterior_json
@@ -62,23 +63,19 @@ def search_joint(campaign: Path, out: Path, *, entries: list[str]) -> dict[str, 
     if is_searched_by_torque(read, joint, out):
         return _search_torque(read, joint, out, entries)
     study = study_of(read, joint, _chosen(entries), threads=1)
-    finding = find(study, out, kind="python", seed=SEED, starts=STARTS, tell=_silent)
+    finding = find(study, out, kind="python", seed=SEED, starts=STARTS, tell=ignore_progress)
     return outcome_of_search(as_json(finding, measured=False, seed=SEED))
 
 
 def _search_torque(read: Campaign, joint: int, out: Path, entries: list[str]) -> dict[str, Any]:
     base = equations_for(read, device_of(read), (joint,))
     study = torque_study_of(read, joint, read_carried_fit(read, (joint,), base, out, springless=True), threads=1)
-    finding = find_torque(study, _chosen(entries), out, kind="python", seed=SEED, starts=STARTS, tell=_silent)
+    finding = find_torque(study, _chosen(entries), out, kind="python", seed=SEED, starts=STARTS, tell=ignore_progress)
     return outcome_of_search(torque_json(finding, measured=False, seed=SEED))
 
 
 def _chosen(entries: list[str]) -> dict[str, Effect]:
     return {key: effect for key, effect in catalogue().items() if effect.id in entries}
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def outcome_of_search(found: dict[str, Any]) -> dict[str, Any]:

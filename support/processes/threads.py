@@ -6,6 +6,7 @@ matrices several threads wait for each other.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, wraps
@@ -68,7 +69,16 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="haptid")
 
 
-def map_threads(function: Callable[..., T], *arguments: Iterable[Any], threads: int = 1) -> list[T]:
+def _count_nobody(done: int) -> None:
+    """Take a count, and do nothing."""
+
+
+def map_threads(
+    function: Callable[..., T],
+    *arguments: Iterable[Any],
+    threads: int = 1,
+    count: Callable[[int], None] = _count_nobody,
+) -> list[T]:
     """Map a function over tuples of arguments on several threads.
 
     Parameters
@@ -79,6 +89,8 @@ def map_threads(function: Callable[..., T], *arguments: Iterable[Any], threads: 
         Iterables of equal length, one per argument of ``function``.
     threads
         Number of threads; 1 calls the function in this thread.
+    count
+        Told, by the thread that did it, how many calls are done.
 
     Returns
     -------
@@ -91,6 +103,13 @@ def map_threads(function: Callable[..., T], *arguments: Iterable[Any], threads: 
         Where the iterables differ in length.
     """
     tuples = list(zip(*arguments, strict=True))
+    numbers = itertools.count(1)
+
+    def counted(each: tuple[Any, ...]) -> T:
+        made = function(*each)
+        count(next(numbers))
+        return made
+
     if threads <= 1:
-        return [function(*each) for each in tuples]
-    return list(_pool(threads).map(lambda each: function(*each), tuples))
+        return [counted(each) for each in tuples]
+    return list(_pool(threads).map(counted, tuples))

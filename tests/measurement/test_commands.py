@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -5,6 +7,7 @@ from click.testing import CliRunner
 
 from haptid.measurement import check, new
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.making.answers import propose_device, propose_validation
 
 
 @pytest.fixture
@@ -50,6 +53,86 @@ def test_new_asks_where_flags_are_absent(tables, tmp_path, monkeypatch):
     assert (campaign.title, campaign.device, campaign.measured) == ("Asked", "single_joint", True)
     assert campaign.noise_given
     assert [run.use for run in campaign.runs] == ["fit", "validate"]
+
+
+def test_new_with_yes_asks_nothing_and_says_what_it_assumed(tables, tmp_path, monkeypatch):
+    monkeypatch.setattr(new, "_can_ask", lambda: True)
+    (tables / "two.csv").rename(tables / "val_two.csv")
+    result = run_new(tables, "--out", tmp_path / "made", "--yes", *MAPS)
+    assert result.exit_code == 0, result.output
+    told = result.output.split("assumed, unless a flag says otherwise:\n")[1].splitlines()[:5]
+    assert told == [
+        "  the title is 'tables' (--title)",
+        "  the device is single_joint (--device)",
+        "  the data were measured on a real device (--synthetic)",
+        "  kept from every fit: val_two.csv (--validate)",
+        "  the position's noise is to be estimated from the data (--noise)",
+    ]
+    campaign = read_campaign(tmp_path / "made")
+    assert (campaign.title, campaign.measured, campaign.noise_given) == ("tables", True, False)
+    assert [run.use for run in campaign.runs] == ["fit", "validate"]
+
+
+def test_new_with_yes_leaves_what_flags_say(tables, tmp_path):
+    flags = ["--synthetic", "--title", "Mine", "--noise", "1e-4", "--validate", "one.csv", "--device", "single_joint"]
+    result = run_new(tables, "--out", tmp_path / "made", "--yes", *flags, *MAPS)
+    assert "assumed" not in result.output
+    assert [run.use for run in read_campaign(tmp_path / "made").runs] == ["validate", "fit"]
+
+
+def test_the_one_device_file_among_the_tables_is_proposed(tables):
+    assert propose_device(tables) == "single_joint"
+    (tables / "arm.urdf").write_text("<robot/>")
+    assert propose_device(tables) == "arm.urdf"
+    (tables / "other.toml").write_text("")
+    assert propose_device(tables) == "single_joint"
+
+
+def test_new_warns_of_the_users_folder_and_not_of_its_draft(tables, tmp_path):
+    frame = pd.read_csv(tables / "one.csv").assign(humidity=40.0)
+    frame.to_csv(tables / "one.csv", index=False)
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *MAPS)
+    (line,) = [line for line in result.stderr.splitlines() if line.startswith("warning")]
+    assert line == f"warning: {tables}: columns that the format does not know are kept and not used: humidity"
+
+
+@pytest.mark.parametrize(
+    ("maps", "lacking"),
+    [
+        (["ms=time_s*0.001", "deg=position_2_rad"], "; no torque: use --map 'tau=torque_0_Nm'"),
+        (["tau=torque_2_Nm", "deg=position_2_rad"], "; no time: use --map"),
+        (
+            ["ms=time_s*0.001", "tau=torque_1_Nm", "deg=position_2_rad"],
+            "; no torque and position of one joint",
+        ),
+    ],
+)
+def test_new_says_which_column_lacks(tables, tmp_path, maps, lacking):
+    flags = [word for one in maps for word in ("--map", one)]
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *flags)
+    assert result.exit_code == 2
+    assert lacking in result.stderr
+
+
+def test_new_refuses_joints_that_the_device_lacks_by_the_users_columns(tables, tmp_path):
+    arm = Path(__file__).parents[2] / "docs" / "examples" / "two_joints.urdf"
+    maps = [word.replace("_2_", "_7_") for word in MAPS]
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", "--device", arm, *maps)
+    assert result.exit_code == 2
+    assert "one.csv: expected joints 0 to 1 of two_joints.urdf, got joint 7 of column 'deg'" in result.stderr
+    assert "campaign.toml" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("names", "proposed"),
+    [
+        (["val_1.csv", "slow.csv", "fast_Validation.csv"], ("val_1.csv", "fast_Validation.csv")),
+        (["interval.csv", "valve.csv"], ()),
+        (["val_1.csv", "val_2.csv"], ()),
+    ],
+)
+def test_runs_whose_names_say_so_are_proposed_for_validation(names, proposed):
+    assert propose_validation(names) == proposed
 
 
 @pytest.mark.parametrize(

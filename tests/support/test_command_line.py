@@ -106,9 +106,14 @@ def test_a_command_says_at_once_on_a_terminal_that_it_loads(quiet: bool, monkeyp
     assert shown.endswith("\r") != quiet
 
 
-def test_nothing_is_said_of_loading_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize(
+    ("settings", "said"), [({"quiet": False}, f"{declaration.LOADING}\n"), ({"quiet": True}, ""), ({}, "")]
+)
+def test_a_log_is_told_of_loading_where_progress_follows(
+    settings: dict[str, bool], said: str, monkeypatch: pytest.MonkeyPatch
+):
     told = io.StringIO()
     monkeypatch.setattr("sys.stderr", told)
-    monkeypatch.setattr(declaration.importlib, "import_module", lambda _: SimpleNamespace(work=lambda: 3))
-    assert declaration.call("some.module", "work") == 3
-    assert told.getvalue() == ""
+    monkeypatch.setattr(declaration.importlib, "import_module", lambda _: SimpleNamespace(work=lambda **_: 3))
+    assert declaration.call("some.module", "work", **settings) == 3
+    assert told.getvalue() == said

@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import importlib
 import importlib.util
+import json
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.install import readme_text
 from docs import accessibility
 from haptid.support.installing.environment import ROOT
 
@@ -144,3 +146,10 @@ def test_examples_in_docstrings(module: str):
     done = doctest.testmod(importlib.import_module(module))
     assert done.attempted > 0
     assert done.failed == 0
+
+
+def test_the_readme_says_what_was_measured_of_the_installation():
+    stored = json.loads((ROOT / "docs" / "results" / "install.json").read_text(encoding="utf-8"))
+    assert readme_text(stored) in README
+    more = {name: step | {"wall_s": step["wall_s"] + 100.0} for name, step in stored["steps"].items()}
+    assert readme_text(stored | {"steps": more}) not in README

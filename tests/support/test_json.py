@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from haptid.support.declaration import LOADING
 from haptid.support.installing.environment import ROOT
 
 
@@ -60,4 +61,6 @@ def test_a_stage_of_the_search_prints_its_finding(tmp_path: Path):
 def test_an_error_leaves_standard_output_empty(tmp_path: Path):
     done = run_haptid("identify", tmp_path / "nothing", "--out", tmp_path / "out", "--json")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.count("\n") == 1
+    *before, error = done.stderr.splitlines()
+    assert before == [LOADING]
+    assert error.startswith("error: ")

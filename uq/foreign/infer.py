@@ -16,7 +16,7 @@ import numpy as np
 from haptid.identification.calibration.calibrate import simulator_of
 from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.optimise.workers import Workers
+from haptid.identification.optimise.workers import Tell, Workers, tell_nobody
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
 from haptid.uq.density.coordinates import Coordinates
@@ -24,7 +24,7 @@ from haptid.uq.foreign.density import normal_approximation
 from haptid.uq.foreign.source import Calibrated, with_finite_bounds
 from haptid.uq.result.summary import ParameterSummary, chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
-from haptid.uq.sampling.sampling import Report, Sample, SamplingOptions, sample
+from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
 from haptid.uq.thresholds import THRESHOLDS
 
 SAMPLING = SamplingOptions(burn=60, pilot=0, longest=2000)
@@ -105,7 +105,7 @@ class ForeignPosterior:
 
 
 def infer(
-    calibrated: Calibrated, fmu: ForeignFmu, options: SamplingOptions, workers: Workers, report: Report | None = None
+    calibrated: Calibrated, fmu: ForeignFmu, options: SamplingOptions, workers: Workers, tell: Tell = tell_nobody
 ) -> ForeignPosterior:
     """Infer the posterior of a calibrated FMU's parameters.
 
@@ -119,8 +119,8 @@ def infer(
         Options of the sampler; as many walkers as the dimension needs where they are 0.
     workers
         Workers that advance the ensembles.
-    report
-        Called after every chunk of the chains.
+    tell
+        Told the share of the steps that is done, and figures.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def infer(
     coordinates = mode.density.coordinates
     # emcee asks for twice the dimension; each walker costs a simulation a step.
     walkers = options.walkers or 2 * (coordinates.size + 1)
-    drawn = sample(mode, replace(options, walkers=walkers), workers=workers, report=report)
+    drawn = sample(mode, replace(options, walkers=walkers), workers=workers, tell=tell)
     rng = np.random.default_rng([options.seed, 11])
     return ForeignPosterior(
         calibrated=calibrated,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from haptid.support.tables import Told
 from haptid.uq.foreign.infer import ForeignPosterior
 from haptid.uq.result.arviz_door import write_netcdf
 from haptid.uq.result.record import SCHEMA, parameter_json, write_draws
@@ -143,8 +144,8 @@ def save_chains(posterior: ForeignPosterior, path: Path) -> Path:
     return write_netcdf(path, {"posterior": draws}, dims={}, coords={}, attributes=attributes)
 
 
-def summary_text(posterior: ForeignPosterior) -> str:
-    """Write the command's summary: a sentence for each parameter, the share of readings in each band, and the sampler.
+def summary_told(posterior: ForeignPosterior) -> Told:
+    """Tell a sentence for each parameter, the share of readings in each band, and what the sampler did.
 
     Parameters
     ----------
@@ -153,7 +154,7 @@ def summary_text(posterior: ForeignPosterior) -> str:
 
     Returns
     -------
-    str
+    list
         Lines; the first names the FMU.
     """
     drawn = posterior.sample
@@ -164,4 +165,4 @@ def summary_text(posterior: ForeignPosterior) -> str:
     lines = [posterior.calibrated.campaign.model.name, *(f"  {p.verdict}" for p in posterior.parameters)]
     for band in posterior.bands:
         lines.append(f"  {band.run.file} ({band.run.use}): {band.covered[0.95]:.0%} of the readings in the 95 % band")
-    return "\n".join([*lines, f"  sampler: {sampler}"])
+    return [*lines, f"  sampler: {sampler}"]

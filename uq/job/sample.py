@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from haptid.identification.optimise.watched import Watched
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.equations_for import equations_for
@@ -73,21 +75,22 @@ def sample_joints(
         Where a posterior is not finite, or a fit fails.
     """
     tell_remarks(job.campaign, listener)
-    for configuration in configurations:
-        yield single_threaded(_sample_joint, job, configuration, pool, listener)
+    for number, configuration in enumerate(configurations):
+        joint = configuration.free_joints[0]
+        stages = _Stages(listener=listener, joint=joint, number=number, count=len(configurations))
+        yield single_threaded(_sample_joint, job, configuration, pool, stages)
 
 
-def _sample_joint(job: Job, configuration: Configuration, pool: Workers, listener: Listener) -> Sampled:
+def _sample_joint(job: Job, configuration: Configuration, pool: Workers, stages: _Stages) -> Sampled:
     joint, runs = configuration.free_joints[0], configuration.runs
     equations = equations_for(job.campaign, job.device, (joint,), configuration.posture)
     early = early_word(equations, runs, joint, job.campaign.folder)
     if early:
-        listener.note(f"warning: {early}")
-    stages = _Stages(listener=listener, joint=joint, longest=job.options.sampling.longest)
-    stages.enter("fit")
+        stages.listener.note(f"warning: {early}")
+    stages.tell("fit", 0.0, "")
     subject = find_subject(
         job.campaign, job.device, configuration, equations, job.out,
-        kind=job.kind, seed=job.options.sampling.seed, workers=pool,
+        kind=job.kind, seed=job.options.sampling.seed, workers=Watched(workers=pool, tell=partial(stages.tell, "fit")),
     )  # fmt: skip
     found = subject.fit
     posterior = infer(
@@ -98,32 +101,33 @@ def _sample_joint(job: Job, configuration: Configuration, pool: Workers, listene
         joint=joint,
         workers=pool,
         folder=job.out / "posterior" / f"joint{joint}.chains",
-        report=stages.report,
-        say=stages.enter,
+        tell=stages.tell,
         forward=subject.forward,
     )
     notes = (*found.notes, *found.warnings, f"The fit it starts from, {subject.source}: {found.outcome.value}.")
     contradiction = word_disagreement(found, posterior.parameters)
     if contradiction:
-        listener.note(f"warning: joint {joint}: {contradiction}")
+        stages.listener.note(f"warning: joint {joint}: {contradiction}")
         notes = (contradiction, *notes)
     posterior = check_finite(replace(posterior, notes=(early, *notes) if early else notes))
     return Sampled(step=Step(configuration=configuration, fit=as_fit(found, posterior)), posterior=posterior)
 
 
-@dataclass(slots=True, kw_only=True)
+SHARES = {"fit": (0.0, 0.08), "noise model": (0.08, 0.18), "sampling": (0.18, 0.8), "diagnostics": (0.8, 1.0)}
+"""Shares of a joint's work between which each stage is thought to lie, for those who wait [1]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Stages:
-    """Progress of one joint: the stage that it is in, and the steps of its chains."""
+    """Progress of one joint: the stage that it is in, and how far that is."""
 
     listener: Listener
     joint: int
-    longest: int
-    stage: str = ""
+    number: int
+    count: int
 
-    def enter(self, stage: str) -> None:
-        self.stage = stage
-        self.listener.progress(f"joint {self.joint}: {stage}", 0, self.longest)
-
-    def report(self, steps: int, tau: float, effective: float) -> None:
-        figures = f"τ {tau:.1f}, ESS {effective:.0f}"
-        self.listener.progress(f"joint {self.joint}: {self.stage}", steps, self.longest, figures)
+    def tell(self, stage: str, share: float, figures: str) -> None:
+        begin, end = SHARES[stage]
+        done = self.number + begin + share * (end - begin)
+        title = f"joint {self.joint} ({self.number + 1} of {self.count}): {stage}"
+        self.listener.progress(title, done, self.count, figures)

@@ -1,12 +1,15 @@
-"""A sampled joint in words: `Posterior` in, the lines that a command prints out."""
+"""A sampled joint in words: `Posterior` in, the table and the lines that a command shows out."""
 
 from __future__ import annotations
 
+from haptid.support.tables import Table, Told
 from haptid.uq.result.posterior import Posterior
 
+HEADER = ("parameter", "median", "95 % interval", "unit", "what is known")
 
-def tell_posterior(posterior: Posterior) -> str:
-    """Write how well each parameter is known, and what the chains are worth.
+
+def tell_posterior(posterior: Posterior) -> Told:
+    """Tell how well each parameter is known, and what the chains are worth.
 
     Parameters
     ----------
@@ -15,15 +18,18 @@ def tell_posterior(posterior: Posterior) -> str:
 
     Returns
     -------
-    str
-        A line for the joint, one a parameter, one on the sampler.
+    list
+        A line for the joint, a table with a row a parameter (a sentence each in plain text), a line on the sampler.
     """
     sample = posterior.sample
-    lines = [f"joint {posterior.joint} ({posterior.chosen.model.words})"]
-    lines += [f"  {p.verdict}" for p in posterior.parameters]
+    rows = []
+    for p in posterior.parameters:
+        low, high = p.intervals[0.95]
+        rows.append((p.id, f"{p.median:.4g}", f"{low:.4g} to {high:.4g}", p.unit, p.verdict))
     known = "settled" if sample.reached else "the chain is too short to settle it: final figures without --quick"
-    lines.append(
+    return [
+        f"joint {posterior.joint} ({posterior.chosen.model.words})",
+        Table(header=HEADER, rows=rows, plain="\n".join(f"  {p.verdict}" for p in posterior.parameters)),
         f"  sampler: τ {sample.tau.max():.1f} steps ({known}), R̂ {posterior.worst_rhat:.3f}, "
-        f"ESS {min(p.diagnostics.ess_bulk for p in posterior.parameters):.0f}, {posterior.wall_s:.0f} s"
-    )
-    return "\n".join(lines)
+        f"ESS {min(p.diagnostics.ess_bulk for p in posterior.parameters):.0f}, {posterior.wall_s:.0f} s",
+    ]

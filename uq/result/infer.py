@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,10 +32,15 @@ from haptid.uq.result.arviz_door import leave_one_out
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
-from haptid.uq.sampling.sampling import Report, Sample, SamplingOptions, sample
+from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
 from haptid.uq.thresholds import THRESHOLDS
 
-Say = Callable[[str], None]
+TellStage = Callable[[str, float, str], None]
+"""Function that is told the name of a step, the share of it that is done, and figures."""
+
+
+def _tell_nobody(stage: str, share: float, figures: str) -> None:
+    """Take how far an inference is, and do nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,8 +114,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     joint: int,
     workers: Workers | None = None,
     folder: Path | None = None,
-    report: Report | None = None,
-    say: Say = lambda _: None,
+    tell: TellStage = _tell_nobody,
     forward: Forward | None = None,
 ) -> Posterior:
     """Infer the posterior of a joint's parameters and of its noise model.
@@ -130,10 +135,8 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         Processes of the sampler; this process where None.
     folder
         Folder in which chains are kept, so that a killed command can continue.
-    report
-        Called after every chunk of the chains.
-    say
-        Called with the name of each step as it begins.
+    tell
+        Told the name of the step, the share of it that is done, and figures.
     forward
         Simulation of many parameter sets by the same equations as ``simulator``, which the sampler runs; the compiled
         kernel with the longest inner step that suffices where None.
@@ -150,7 +153,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         Where the posterior has no finite density at the fit, or hardly any near it.
     """
     begun = time.perf_counter()
-    say("noise model")
+    tell("noise model", 0.0, "")
     problem = Problem(
         simulator=simulator,
         forward=forward or EachForward(simulator=simulator),
@@ -160,9 +163,9 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     )
     chosen = (_choose if forward else _with_longest_step)(problem, theta, options)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
-    say("sampling")
-    drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, report=report)
-    say("diagnostics")
+    tell("sampling", 0.0, "")
+    drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, tell=partial(tell, "sampling"))
+    tell("diagnostics", 0.0, "")
     rng = np.random.default_rng([seed, 11])
     density = mode.density
     draws = _thin(chains_of(drawn), options.stored)

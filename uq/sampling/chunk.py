@@ -15,6 +15,7 @@ import emcee
 import h5py
 import numpy as np
 
+from haptid.identification.optimise.workers import Tell, tell_nobody
 from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_bytes
 from haptid.uq.density.valley_density import ValleyDensity
@@ -124,13 +125,15 @@ class Task:
     seed: tuple[int, ...]
 
 
-def advance(task: Task) -> Chunk:
+def advance(task: Task, tell: Tell = tell_nobody) -> Chunk:
     """Advance one ensemble by one chunk with emcee.
 
     Parameters
     ----------
     task
         Density, moves, present positions and seed.
+    tell
+        Told the share of the steps that is done.
 
     Returns
     -------
@@ -142,7 +145,8 @@ def advance(task: Task) -> Chunk:
     random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(task.seed)))
     state = emcee.State(task.coords, log_prob=task.log_prob, random_state=random.get_state())
     # emcee refuses walkers whose covariance is nearly singular: walkers of a resumed chain are taken as they are.
-    sampler.run_mcmc(state, task.steps, skip_initial_state_check=True)
+    for done, _ in enumerate(sampler.sample(state, iterations=task.steps, skip_initial_state_check=True), start=1):
+        tell(done / task.steps, "")
     return Chunk(
         chain=sampler.get_chain(), log_prob=sampler.get_log_prob(), accepted=np.asarray(sampler.backend.accepted)
     )

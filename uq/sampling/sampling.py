@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from haptid.identification.optimise.workers import Here, Workers
+from haptid.identification.optimise.workers import Here, Tell, Watch, Workers, tell_nobody
 from haptid.identification.problem.valleys import Valleys
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
@@ -33,6 +33,9 @@ from haptid.uq.thresholds import THRESHOLDS
 
 PHASES = {"burn": 0, "pilot": 1, "main": 2}
 """Number of each phase, which enters the seeds of its chunks."""
+
+CHUNKS_BEFORE_TAU_IS_KNOWN = 5
+"""Chunks that the chains are thought to have before any of them tells τ, for those who wait [1]."""
 
 WALKERS_OF_FULL_VECTORS = 16
 """Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
@@ -118,8 +121,33 @@ class Sample:
         return self.chain.reshape(-1, self.chain.shape[-1])
 
 
-Report = Callable[[int, float, float], None]
-"""Callback of the progress: number of steps, largest τ [steps], and smallest effective sample size."""
+@dataclass(slots=True, kw_only=True)
+class _Pace:
+    """How many steps are done, and how many there may be: the chains' length follows from τ, which they tell."""
+
+    tell: Tell
+    expected: float
+    before: float = 0.0
+    figures: str = ""
+    shares: dict[int, float] = field(default_factory=dict)
+
+    def begin_chunk(self, steps: int, ensembles: int) -> Watch:
+        self.shares = {}
+
+        def watch(task: int, share: float, _: str) -> None:
+            self.shares[task] = share
+            self._tell(self.before + steps * sum(self.shares.values()) / ensembles)
+
+        return watch
+
+    def end_chunk(self, steps: int) -> None:
+        self.before += steps
+        self._tell(self.before)
+
+    def _tell(self, done: float) -> None:
+        expected = max(self.expected, done)
+        words = f"step {done:.0f} of about {expected:.0f}"
+        self.tell(done / expected, f"{words}, {self.figures}" if self.figures else words)
 
 
 @dataclass(slots=True)
@@ -154,6 +182,7 @@ class _Ensembles:
     options: SamplingOptions
     workers: Workers
     store: _Store
+    pace: _Pace
     coords: list[Array]
     log_prob: list[Array]
 
@@ -180,9 +209,11 @@ class _Ensembles:
                     log_prob=self.log_prob[e], steps=steps, seed=seed,
                 )  # fmt: skip
         work = [(task,) for task in tasks.values()]
-        mapped = self.workers.until(advance, work, lambda done: len(work) - len(done))
+        watch = self.pace.begin_chunk(steps, len(work))
+        mapped = self.workers.until(advance, work, lambda done: len(work) - len(done), watch=watch)
         for e, made in zip(tasks, mapped, strict=True):
             self.store.put(phase, e, number, made)
+        self.pace.end_chunk(steps)
         chunks = [chunk for e in range(len(names)) if (chunk := self.store.get(phase, e, number)) is not None]
         for e, chunk in enumerate(chunks):
             self.coords[e], self.log_prob[e] = chunk.chain[-1], chunk.log_prob[-1]
@@ -195,7 +226,7 @@ def sample(
     *,
     workers: Workers | None = None,
     folder: Path | None = None,
-    report: Report | None = None,
+    tell: Tell = tell_nobody,
 ) -> Sample:
     """Sample the posterior, starting from its normal approximation.
 
@@ -209,8 +240,8 @@ def sample(
         Processes that compute the chunks; this process where None.
     folder
         Folder of the chunks. Chunks of the same density, start and options are continued, others removed.
-    report
-        Called after every chunk.
+    tell
+        Told the share of the steps that is done, and τ and the effective sample size so far.
 
     Returns
     -------
@@ -233,7 +264,8 @@ def sample(
     density = ValleyDensity(density=start.density, valleys=valleys)
     coords = [_first_points(density, mean, covariance, e, options) for e in range(options.ensembles)]
     log_prob = [density(points) for points in coords]
-    ensembles = _Ensembles(density, options, workers or Here(), _Store(folder), coords, log_prob)
+    pace = _Pace(tell=tell, expected=options.burn + options.pilot + CHUNKS_BEFORE_TAU_IS_KNOWN * options.chunk)
+    ensembles = _Ensembles(density, options, workers or Here(), _Store(folder), pace, coords, log_prob)
     names = [options.move] * options.ensembles
     proposal = Proposal.of(mean, covariance)
     if options.burn:
@@ -246,7 +278,7 @@ def sample(
         trials = {name: float(autocorrelation_time(c.chain[None]).max()) for name, c in zip(tried, chunks, strict=True)}
         # The slowest coordinate decides how long the chains have to be: its τ ranks the moves.
         move = min(trials, key=lambda name: trials[name])
-    return _run(ensembles, move, proposal, trials, report)
+    return _run(ensembles, move, proposal, trials)
 
 
 def _shares(burn: int) -> list[int]:
@@ -254,9 +286,7 @@ def _shares(burn: int) -> list[int]:
     return [part for part in (burn // 4, burn // 4, burn - 2 * (burn // 4)) if part]
 
 
-def _run(
-    ensembles: _Ensembles, move: str, proposal: Proposal, trials: dict[str, float], report: Report | None
-) -> Sample:
+def _run(ensembles: _Ensembles, move: str, proposal: Proposal, trials: dict[str, float]) -> Sample:
     options, before = ensembles.options, np.inf
     chunks: list[list[Chunk]] = []
     while True:
@@ -266,8 +296,9 @@ def _run(
         chain = ensembles.density.valleys.back(moved)
         tau = autocorrelation_time(chain)
         steps, longest = chain.shape[1], float(tau.max())
-        if report is not None:
-            report(steps, longest, float((chain[..., 0].size / tau).min()))
+        ensembles.pace.figures = f"τ {longest:.1f}, ESS {float((chain[..., 0].size / tau).min()):.0f}"
+        left = math.ceil(max(options.lengths * longest - steps, options.chunk) / options.chunk) * options.chunk
+        ensembles.pace.expected = ensembles.pace.before + min(left, max(options.longest - steps, 0))
         reached = steps >= options.lengths * longest and abs(longest - before) < options.change * longest
         before = longest
         if reached or steps >= options.longest:

@@ -17,6 +17,7 @@ from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.report.discrepancy.page import discrepancy_page
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
@@ -50,7 +51,7 @@ def found(
     tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "", known_entries: dict[str, Effect] = ENTRIES
 ) -> Finding:
     study = study_with(tmp_path / "c", effects, {key: e for key, e in known_entries.items() if e.id != without})
-    return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+    return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=ignore_progress)
 
 
 def angles(page: str) -> list[str]:
@@ -109,7 +110,7 @@ def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path
     )  # fmt: skip
     study = study_of(prepare(read_campaign(made)), 3, ENTRIES)
     assert (len(study.unseen), len(study.sealed)) == (2, 1)
-    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=ignore_progress)
     gap = as_json(finding, measured=False, seed=0)["gap"]["sealed"]
     assert gap["before"] > 1.5 * gap["noise"]
     assert gap["closed"] > 0.9
@@ -117,7 +118,7 @@ def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path
     # With other readings in the sealed run everything but its own gap is the same.
     (sealed,) = study.sealed
     other = replace(study, sealed=(sealed.but(y=sealed.y[::-1].copy()),))
-    again = find(other, tmp_path / "again", kind="python", seed=0, starts=4, tell=lambda _: None)
+    again = find(other, tmp_path / "again", kind="python", seed=0, starts=4, tell=ignore_progress)
     assert again.search.best.candidate.solution.values == finding.search.best.candidate.solution.values
     assert again.gaps["validate"].before == finding.gaps["validate"].before
     assert again.gaps["sealed"].after > 2.0 * finding.gaps["sealed"].after
@@ -131,7 +132,7 @@ def test_a_joint_that_slides_is_told_of_in_metres_and_newtons(tmp_path: Path):
     read = prepare(read_campaign(tmp_path / "c"))
     runs = tuple(replace(run, prismatic=(True,)) for run in read.runs)
     study = study_of(replace(read, runs=runs), 3, ENTRIES)
-    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=ignore_progress)
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "named"
     assert {p["unit"] for e in data["effects"] for p in e["parameters"].values()} == {"N/m^3"}

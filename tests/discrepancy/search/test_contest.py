@@ -19,6 +19,7 @@ from haptid.model.effects.effect import w
 from haptid.model.effects.parts.cascade import cascade
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Noise
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.finding.test_finding import study_with
 from tests.discrepancy.search.test_search import tools_of
@@ -30,7 +31,7 @@ def found(tmp_path: Path, hidden: str, seconds: float, without: Collection[str],
     entries = {key: catalogue()[key] for id, (_, key) in LATE.items() if id not in without}
     sensor = Sensor(noise=noise, resolution=0.0)
     study = study_with(tmp_path / "c", {hidden: {LATE[hidden][0]: seconds}}, entries, sensor)
-    return find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None)
+    return find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress)
 
 
 @pytest.mark.parametrize("hidden", LATE)
@@ -70,7 +71,7 @@ def test_a_gain_that_drifts_is_told_from_one_that_settles(
     tmp_path: Path, hidden: str, values: dict[str, float], verdict: str
 ):
     study = study_with(tmp_path / "c", {hidden: values}, {"gain_drift": catalogue()["gain_drift"]}, Sensor(noise=2e-4))
-    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None)
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress)
     assert finding.judgement.verdict == verdict
     if verdict == "ambiguous":
         assert [t.candidate.ids for t in finding.judgement.alternatives] == [("gain_settling",)]
@@ -96,7 +97,7 @@ def test_what_looks_like_an_entry_that_is_missing_is_not_named(
     tmp_path: Path, hidden: str, values: dict[str, float], entry: str, contender: str
 ):
     study = study_with(tmp_path / "c", {hidden: values}, {entry: catalogue()[entry]}, Sensor(noise=2e-4))
-    judgement = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None).judgement
+    judgement = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress).judgement
     assert judgement.verdict == "ambiguous"
     assert [e.key for e in judgement.effects] == [entry]
     assert (contender,) in [t.candidate.ids for t in judgement.alternatives]
@@ -116,7 +117,7 @@ def test_what_looks_like_an_entry_that_is_missing_is_not_named(
 )
 def test_an_entry_that_beats_its_contenders_is_named(tmp_path: Path, hidden: str, values: dict[str, float], entry: str):
     study = study_with(tmp_path / "c", {hidden: values}, {entry: catalogue()[entry]}, Sensor(noise=2e-4))
-    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None)
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress)
     assert finding.search.contenders
     assert finding.judgement.verdict == "named"
     assert finding.search.best.solution.keys == (entry,)

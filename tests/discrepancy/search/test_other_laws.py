@@ -22,6 +22,7 @@ from haptid.model.effects.registry import catalogue
 from haptid.model.equations.drive import Drive
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.inputs import rich
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.stranger.campaign import make_stranger_campaign, stranger_runs
@@ -82,9 +83,9 @@ def test_the_fmu_has_the_law(campaign: Path, found: dict) -> None:
 
 
 def screened(study: Study) -> tuple[OtherLaw, ...]:
-    begun = _begin(*fit_nominal_model(study, seed=0, starts=2, tell=lambda _: None), lambda _: None)
+    begun = _begin(*fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress), ignore_progress)
     assert not begun.start.adequate
-    return other_laws(begun.study, begun.start, begun.white, lambda _: None)
+    return other_laws(begun.study, begun.start, begun.white, ignore_progress)
 
 
 def test_no_law_takes_the_place_of_a_hidden_spring(tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.noise.correlation import Colour, Noise, Scatter
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.finding.test_finding import ENTRIES, study_with
 
@@ -42,7 +43,7 @@ def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:
     base = fit_base(study, starts=starts).solution
     entries = study.in_si(base.values)
     found = signatures(study, base, list(entries.values()))
-    searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, lambda _: None)
+    searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, ignore_progress)
     return searcher, searcher.trial(score_candidate(study, base, 0))
 
 
@@ -136,7 +137,7 @@ def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
 
     def stepped(threads: int) -> tuple[list[tuple[tuple[str, ...], float]], int]:
         study = replace(s.study, threads=threads)
-        own = Searcher(study, s.entries, s.found, s.tests, lambda _: None)
+        own = Searcher(study, s.entries, s.found, s.tests, ignore_progress)
         made = own.step(start.candidate, fits, most=3, freed=True)
         assert len(made) == 2  # the third is fitted beside the second, in vain
         return [(t.solution.keys, t.solution.log_likelihood) for t in made], own.simulations
@@ -210,7 +211,7 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))
     base = fit_base(study, starts=2, seed=0).solution
     effects = [e.at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles)) for e in study.entries.values()]
-    s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, lambda _: None)
+    s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, ignore_progress)
     start = s.trial(score_candidate(study, base, base.calls))
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
     full = s.trial(settle(study, effects, both), start.candidate)
@@ -292,7 +293,7 @@ def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_g
     bare = replace(base, blocks=replace(base.blocks, prior=np.zeros(0)))
     seen: list[Noise] = []
     fake = SimpleNamespace(
-        study=s.study, tell=lambda _: None, ready=lambda fit, *_: seen.append(fit.noise) or [explained]
+        study=s.study, tell=ignore_progress, ready=lambda fit, *_: seen.append(fit.noise) or [explained]
     )
     list(_ways(fake, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare))
     assert seen == [Noise(), *([noise] if tried else [])]

@@ -56,11 +56,13 @@ def lead(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial, Sol
 
 def test_no_combination_is_begun_once_the_effort_is_spent(lead: tuple[Searcher, Trial, Solution]):
     s, start, first = lead
-    told: list[str] = []
-    tired = replace(s, study=replace(s.study, effort=7), simulations=7, tell=told.append)
+    told: list[tuple[str, str]] = []
+    tired = replace(
+        s, study=replace(s.study, effort=7), simulations=7, tell=lambda title, figures: told.append((title, figures))
+    )
     assert _two_at_once(tired, [first], start, _clear) == []
     assert tired.cut
-    assert told == ["7 runs simulated: no further combinations"]
+    assert told == [("no further combinations", "7 runs simulated")]
     assert not s.cut
 
 

@@ -22,6 +22,7 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.model.effects.registry import catalogue
 from haptid.model.joint.joint_in_device import of_the_test_alone
 from haptid.support.files.files import write_json
+from haptid.support.listener import ignore_progress
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import DRIVE, read_truth
 from haptid.virtual_device.recording.campaign import header
@@ -63,7 +64,7 @@ def finding(tmp_path_factory: pytest.TempPathFactory) -> tuple[Finding, Path]:
     out, folder = tmp_path_factory.mktemp("out"), tmp_path_factory.mktemp("both")
     entries = ENTRIES | {"amplitude_scatter": catalogue()["amplitude_scatter"]}
     study = coupled_study_of(campaign(folder, {0: COG}, {1: (SCATTER, True)}), (0, 1), entries, {}, threads=2)
-    return find(study, out, kind="native", seed=0, starts=2, tell=lambda _: None), out
+    return find(study, out, kind="native", seed=0, starts=2, tell=ignore_progress), out
 
 
 @pytest.mark.parametrize("key", [key for key, e in catalogue().items() if e.random or not of_the_test_alone(e)])

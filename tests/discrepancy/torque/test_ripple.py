@@ -9,6 +9,7 @@ from haptid.discrepancy.torque_search.ripple import find_waves
 from haptid.discrepancy.torque_search.search import search_torque
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import law_named
+from haptid.support.listener import ignore_progress
 from tests.discrepancy.torque.test_torque import sweep
 
 KEYS = (
@@ -49,7 +50,7 @@ def test_noise_white_or_slow_shows_no_wave():
 )
 def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides: bool, size: float, named: list[str]):
     entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
-    found = search_torque(sweep(size, 151.0, slides=slides), entries, starts=1, seed=0, tell=lambda _: None)
+    found = search_torque(sweep(size, 151.0, slides=slides), entries, starts=1, seed=0, tell=ignore_progress)
     assert [effect.key for effect in found.final.effects] == named
     if named:
         assert found.final.values["cogging_number"] == pytest.approx(151.0, abs=0.5)
@@ -59,7 +60,7 @@ def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides: bo
 def test_the_harmonics_of_a_ripple_are_one_name():
     entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
     study = sweep(0.01, 9.0, (1.0, 0.6, 0.5))
-    found = search_torque(study, entries, starts=1, seed=0, tell=lambda _: None)
+    found = search_torque(study, entries, starts=1, seed=0, tell=ignore_progress)
     assert [effect.key for effect in found.final.effects] == ["cogging:harmonics"]
     values = found.final.values
     assert values["cogging_number"] == pytest.approx(9.0, abs=0.05)

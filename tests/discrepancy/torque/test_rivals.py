@@ -10,6 +10,7 @@ from haptid.discrepancy.torque_search.rivals import find_rivals
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
+from haptid.support.listener import ignore_progress
 from tests.discrepancy.torque.test_torque import sweep
 
 KEYS = ("cogging", "cubic_spring", "asymmetric_spring")
@@ -53,4 +54,4 @@ def starts_of(effect: Effect) -> dict[str, float]:
 def search(waves: float, size: float) -> TorqueSearch:
     """Search in a sweep over 1 rad with white noise of 1 mN m."""
     entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
-    return search_torque(sweep(size, waves), entries, starts=1, seed=0, tell=lambda _: None)
+    return search_torque(sweep(size, waves), entries, starts=1, seed=0, tell=ignore_progress)

@@ -60,7 +60,7 @@ LONG = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, lengths=1e9, se
 
 
 def _sample_slowly(folder):
-    sample(start(), LONG, folder=folder, report=lambda *_: time.sleep(0.02))
+    sample(start(), LONG, folder=folder, tell=lambda *_: time.sleep(0.0001))
 
 
 def test_killed_at_random_moments_the_chain_ends_the_same(tmp_path):
