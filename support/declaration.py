@@ -88,23 +88,21 @@ def call(module: str, function: str, **settings: Any) -> Any:
     Any
         What the function returns: the result as a value for JSON.
     """
-    # In a log the words stand only where progress follows them: a command without --quiet takes a moment.
-    drawn = is_terminal(sys.stderr)
-    told = not settings.get("quiet", False) if drawn else settings.get("quiet") is False and module not in sys.modules
-    with _told_of_loading(drawn=drawn) if told else nullcontext():
+    # In a log nothing stands before an error, which is one line.
+    told = is_terminal(sys.stderr) and not settings.get("quiet", False)
+    with _told_of_loading() if told else nullcontext():
         loaded = importlib.import_module(module)
     return getattr(loaded, function)(**settings)
 
 
 @contextmanager
-def _told_of_loading(*, drawn: bool) -> Iterator[None]:
-    """Say that packages are loaded, which takes seconds; a terminal forgets the words afterwards."""
-    click.echo(LOADING, err=True, nl=not drawn)
+def _told_of_loading() -> Iterator[None]:
+    """Say that packages are loaded, which takes seconds; the terminal forgets the words afterwards."""
+    click.echo(LOADING, err=True, nl=False)
     try:
         yield
     finally:
-        if drawn:
-            click.echo(f"\r{' ' * len(LOADING)}\r", err=True, nl=False)
+        click.echo(f"\r{' ' * len(LOADING)}\r", err=True, nl=False)
 
 
 def json_option(function: Callable[P, Any]) -> Callable[P, None]:

@@ -16,12 +16,12 @@ FIRST_LINES: Mapping[str, tuple[str, ...]] = {
     "haptid --version": ("--version",),
     "haptid --help": ("--help",),
     "haptid identify --help": ("identify", "--help"),
-    "haptid check, first word in a pipe": ("check",),
-    "haptid identify, first word in a pipe": ("identify", "--out", "{folder}/out"),
-    "haptid posterior, first word in a pipe": ("posterior", "--out", "{folder}/out"),
-    "haptid missing, first word in a pipe": ("missing", "--out", "{folder}/out"),
+    "haptid check, first word on a terminal": ("check",),
+    "haptid identify, first word on a terminal": ("identify", "--out", "{folder}/out"),
+    "haptid posterior, first word on a terminal": ("posterior", "--out", "{folder}/out"),
+    "haptid missing, first word on a terminal": ("missing", "--out", "{folder}/out"),
 }
-"""Arguments by what is timed until its first byte."""
+"""Arguments by what is timed until its first byte on a pseudo-terminal."""
 
 
 def seconds_to_first_byte(arguments: tuple[str, ...]) -> float:
@@ -29,13 +29,14 @@ def seconds_to_first_byte(arguments: tuple[str, ...]) -> float:
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "haptid", *(one.format(folder=folder) for one in arguments)]
         begun = time.perf_counter()
-        running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=Path.cwd())
-        assert running.stdout is not None
-        os.read(running.stdout.fileno(), 1)
+        host, terminal = os.openpty()
+        running = subprocess.Popen(command, stdout=terminal, stderr=terminal, cwd=Path.cwd())
+        os.read(host, 1)
         passed = time.perf_counter() - begun
         running.kill()
-        running.stdout.close()
         running.wait()
+        os.close(host)
+        os.close(terminal)
     return passed
 
 
