@@ -95,8 +95,8 @@ class Effect:
         The new ``w``, ``y``, ``a`` in terms of the old.
     friction_level, coulomb_level, kinetic_level, viscous_level
         Factors on g(v), on Fc and Fs alone, on Fc alone and on σ2.
-    stribeck_velocity
-        Speed in the Stribeck curve.
+    stribeck_velocity, stribeck_exponent
+        Speed in the Stribeck curve, and its power there.
     inertia_factor
         m(q) in M·m(q)·q̈ + ½·M·m'(q)·q̇².
     time_rate
@@ -138,6 +138,7 @@ class Effect:
     kinetic_level: sp.Expr | None = None
     viscous_level: sp.Expr | None = None
     stribeck_velocity: sp.Expr | None = None
+    stribeck_exponent: sp.Expr | None = None
     inertia_factor: sp.Expr | None = None
     time_rate: sp.Expr | None = None
     states: tuple[EffectState, ...] = ()

@@ -1,18 +1,36 @@
-"""Dahl friction (Dahl 1968, A Solid Friction Model, with exponent 1), and viscous friction beside it.
+"""Dahl friction (Dahl 1968, A Solid Friction Model), and viscous friction beside it.
 
-ż = v − σ0·|v|/Fc·z,  F = σ0·z + σ2·v
+ż = v·sgn(r)·|r|^n,  r = 1 − σ0·z·sgn(v)/Fc,  F = σ0·z + σ2·v
 
 The bristle deflection z is scaled so that σ0·z is a torque and |σ0·z| tends to Fc in sliding, whatever the speed:
-there is neither stiction nor a Stribeck curve, and no damping of the bristle. The law is passive at all its
-parameters: z·ż is never more than z·v.
+there is neither stiction nor a Stribeck curve, and no damping of the bristle. Dahl finds n near 1 for ductile and near
+0 for brittle materials; a greater n approaches Fc more slowly. The law is passive at all its parameters: z·ż is never
+more than z·v.
+
+|r|^n has an infinite slope at r = 0 where n < 1, so the rate is v·r·(r² + ε²)^((n−1)/2) with ε = 10⁻³: within a
+thousandth of Fc it is linear in r.
 """
 
 from __future__ import annotations
 
 import sympy as sp
 
-from haptid.model.friction.law import USE_OF_BRISTLE, Friction, FrictionLaw, Levels, Roles, Symbols, Values
+from haptid.model.equations.joint_parameters import Row
+from haptid.model.friction.law import USE_OF_BRISTLE, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
 from haptid.model.friction.shared import BRISTLE, COULOMB, STIFFNESS, VISCOUS, guess_presliding
+
+EDGE = sp.Float(1e-3)
+"""ε: distance from Fc, as a share of it, within which the rate is linear."""
+EXPONENT = Row(
+    id="n",
+    unit="1",
+    prismatic_unit="1",
+    description="exponent of the approach to Coulomb friction",
+    initial=1.0,
+    lower=0.2,
+    upper=5.0,
+    structured="friction.n",
+)
 
 
 def dahl(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
@@ -30,12 +48,19 @@ def dahl(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
     Returns
     -------
     Friction
-        Torque σ0·z + σ2·v, ż, and the relaxation rate σ0·|v|/Fc, which is −∂ż/∂z exactly.
+        Torque σ0·z + σ2·v, ż, and the relaxation rate max(1, n)·σ0·|v|/Fc·(r² + ε²)^((n−1)/2), which is −∂ż/∂z or more.
     """
     z = BRISTLE.symbol
-    rate = p["sigma0"] * sp.Abs(v) / (levels.friction * levels.coulomb * p["Fc"])
+    limit = levels.friction * levels.coulomb * p["Fc"]
+    left = 1 - p["sigma0"] * z * sp.sign(v) / limit
+    steepness = sp.exp((p["n"] - 1) / 2 * sp.log(left**2 + EDGE**2))
+    rate = sp.Max(1, p["n"]) * p["sigma0"] * sp.Abs(v) / limit * steepness
     force = p["sigma0"] * z + p["sigma2"] * levels.viscous * v
-    return Friction(force=force, rhs=(v - rate * z,), rates=(rate,))
+    return Friction(force=force, rhs=(v * left * steepness,), rates=(rate,))
+
+
+def _guess(s: Sliding) -> dict[str, float]:
+    return guess_presliding(s) | {"n": EXPONENT.initial}
 
 
 def _length(p: Values) -> float:
@@ -45,16 +70,16 @@ def _length(p: Values) -> float:
 LAW = FrictionLaw(
     id="dahl",
     title="Dahl",
-    formulas=("σ0·z + σ2·v", "ż = v − σ0·|v|/Fc·z"),
-    parameters=(STIFFNESS, VISCOUS, COULOMB),
+    formulas=("σ0·z + σ2·v", "ż = v·sgn(r)·|r|^n,  r = 1 − σ0·z·sgn(v)/Fc"),
+    parameters=(STIFFNESS, EXPONENT, VISCOUS, COULOMB),
     states=(BRISTLE,),
     write=dahl,
     damping=lambda _, p: p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fc", viscous="sigma2"),
     slots=frozenset({"friction_level", "coulomb_level", "viscous_level", USE_OF_BRISTLE}),
-    guess=guess_presliding,
+    guess=_guess,
     nominal=lambda p: (_length(p),),
     presliding_length=_length,
-    without_presliding=("sigma0",),
+    without_presliding=("sigma0", "n"),
     without_sliding=("Fc", "sigma2"),
 )

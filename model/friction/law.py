@@ -16,7 +16,9 @@ from haptid.model.equations.joint_parameters import Row
 
 Values = Mapping[str, float]
 Symbols = Mapping[str, sp.Expr]
-SLOTS = ("friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity")
+SLOTS = (
+    "friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity", "stribeck_exponent",
+)  # fmt: skip
 """Slots of a law that effects may fill, by the names of `model.effects.effect.Effect`."""
 USE_OF_BRISTLE = "bristle"
 """Slot of a law whose state is one bristle deflection z, which an effect's formulas may read."""
@@ -24,7 +26,7 @@ USE_OF_BRISTLE = "bristle"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """The contribution of effects to a law: factors, and the speed in the Stribeck curve.
+    """The contribution of effects to a law: factors, and speed and exponent in the Stribeck curve.
 
     Parameters
     ----------
@@ -36,6 +38,8 @@ class Levels:
         Factor on the viscous friction.
     stribeck_velocity
         Speed in the Stribeck curve [rad/s]; the joint's where None.
+    stribeck_exponent
+        Power of the speed in the Stribeck curve; 2 where None.
     """
 
     friction: sp.Expr = sp.S.One
@@ -43,6 +47,7 @@ class Levels:
     kinetic: sp.Expr = sp.S.One
     viscous: sp.Expr = sp.S.One
     stribeck_velocity: sp.Expr | None = None
+    stribeck_exponent: sp.Expr | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,23 +2,24 @@
 
 N springs in parallel, each dragged by the joint, each either sticking or slipping:
 
-    F = Σ Fᵢ + σ2·v,   sticks: Ḟᵢ = kᵢ·v until |Fᵢ| = s(v)/N,   slips: Ḟᵢ = sgn(v)·C·(1/N − |Fᵢ|/s(v)) until v turns,
+    F = Σ Fᵢ + σ2·v,   sticks: Ḟᵢ = kᵢ·v until |Fᵢ| = αᵢ·s(v),   slips: Ḟᵢ = sgn(v)·C·(αᵢ − |Fᵢ|/s(v)) until v turns,
 
 with the Stribeck curve s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²). In presliding it has the memory of every reversal
-(nonlocal hysteresis), in sliding its torque follows s(v) within s/C. The springs get one shape number: all limits are
-s/N, and kᵢ falls by the factor ``spread`` from one to the next, with Σ kᵢ = σ0.
+(nonlocal hysteresis), in sliding its torque follows s(v) within s/C. The springs get two shape numbers: from one to the
+next kᵢ falls by the factor ``spread``, with Σ kᵢ = σ0, and the share αᵢ of the limit by the factor ``unevenness``, with
+Σ αᵢ = 1. Below 1 the softer springs have the greater limits.
 
-The transition from stick to slip is continuous, so that sensitivities contain it. With rᵢ = Fᵢ·sgn(v)·N/s(v), the
+The transition from stick to slip is continuous, so that sensitivities contain it. With rᵢ = Fᵢ·sgn(v)/(αᵢ·s(v)), the
 share that slips is βᵢ = clip((rᵢ − 1 + ε)/ε, 0, 1), or while Fᵢ·v > 0 the memory mᵢ of having slipped:
 
-    Ḟᵢ = (1 − gᵢ)·kᵢ·v + gᵢ·C·(sgn(v)/N − Fᵢ/s(v)),   gᵢ = βᵢ + (1 − βᵢ)·mᵢ·[Fᵢ·v > 0],
+    Ḟᵢ = (1 − gᵢ)·kᵢ·v + gᵢ·C·(αᵢ·sgn(v) − Fᵢ/s(v)),   gᵢ = βᵢ + (1 − βᵢ)·mᵢ·[Fᵢ·v > 0],
     ṁᵢ = R·(βᵢ·(1 − mᵢ) − [Fᵢ·v < 0]·mᵢ).
 
 For given v all are linear in Fᵢ where βᵢ stands still. The relaxation rate takes the steepest slope that βᵢ can have,
 so that no stiffness makes a step unstable.
 
-With Fs > Fc the law is not passive, whatever σ2: an element that slipped fast and creeps on gains force from Fc/N to
-Fs/N at no displacement, and gives its energy back when it is unloaded.
+With Fs > Fc the law is not passive, whatever σ2: an element that slipped fast and creeps on gains force from αᵢ·Fc to
+αᵢ·Fs at no displacement, and gives its energy back when it is unloaded.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from haptid.model.friction.shared import (
 )
 from haptid.model.thresholds import THRESHOLDS
 
-ELEMENTS = 4
+ELEMENTS = 6
 """N. Four are the fewest with which the literature identifies presliding hysteresis; each costs two states."""
 EDGE = sp.Float(0.02)
 """ε: share of its limit over which an element goes from stick to slip."""
@@ -65,6 +66,16 @@ ATTRACTION = Row(
     upper=1e6,
     structured="friction.C",
 )
+UNEVENNESS = Row(
+    id="unevenness",
+    unit="1",
+    prismatic_unit="1",
+    description="ratio of the limits of neighbouring elements, the stiffer over the softer",
+    initial=1.0,
+    lower=0.1,
+    upper=10.0,
+    structured="friction.unevenness",
+)
 FORCES = tuple(
     State(id=f"element{i}", unit="N m", description=f"friction of element {i}", nominal=1e-3,
           structured=f"friction.element{i}")
@@ -76,21 +87,21 @@ SLIPS = tuple(
 )
 
 
-def stiffnesses(p: Symbols) -> list[sp.Expr]:
-    """Write the stiffnesses of the elements.
+def falling_shares(ratio: sp.Expr) -> list[sp.Expr]:
+    """Write the shares of the elements in a sum that falls geometrically.
 
     Parameters
     ----------
-    p
-        Parameters by id.
+    ratio
+        Ratio of each share to the next [1].
 
     Returns
     -------
     list of sympy.Expr
-        kᵢ = σ0·spread^(N−i)/Σⱼ spread^(N−j) [N m/rad] for i = 1 … N, the stiffest element first.
+        ratio^(N−i)/Σⱼ ratio^(N−j) for i = 1 … N, the stiffest element first.
     """
-    shares = [p["spread"] ** (ELEMENTS - 1 - i) for i in range(ELEMENTS)]
-    return [p["sigma0"] * share / sp.Add(*shares) for share in shares]
+    powers = [ratio ** (ELEMENTS - 1 - i) for i in range(ELEMENTS)]
+    return [power / sp.Add(*powers) for power in powers]
 
 
 def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
@@ -110,16 +121,16 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
     Friction
         Torque Σ Fᵢ + σ2·v; states are the N forces Fᵢ [N m], then the N memories mᵢ.
     """
-    s, way = stribeck(v, p, levels), sp.sign(v)
-    limit, one = s / ELEMENTS, sp.S.One
+    s, way, one = stribeck(v, p, levels), sp.sign(v), sp.S.One
+    elements = zip(falling_shares(p["spread"]), falling_shares(p["unevenness"]), FORCES, SLIPS, strict=True)
     rhs, rates, remembered, recalls = [], [], [], []
-    for stiffness, force, slip in zip(stiffnesses(p), FORCES, SLIPS, strict=True):
-        F, m = force.symbol, slip.symbol
+    for stiff, strong, force, slip in elements:
+        F, m, stiffness, limit = force.symbol, slip.symbol, p["sigma0"] * stiff, strong * s
         beyond = (F * way / limit - (1 - EDGE)) / EDGE
         share = sp.Min(sp.Max(beyond, sp.S.Zero), one)
         before, turned = m * sp.Heaviside(F * v), sp.Heaviside(-F * v)
         slips = share + (1 - share) * before
-        rhs.append((1 - slips) * stiffness * v + slips * p["C"] * (way / ELEMENTS - F / s))
+        rhs.append((1 - slips) * stiffness * v + slips * p["C"] * (strong * way - F / s))
         # the slope of βᵢ over Fᵢ is at most 1/(ε·limit), reached within the transition from stick to slip
         rates.append(p["C"] / s + (1 - before) * stiffness * sp.Abs(v) / (EDGE * limit))
         remembered.append(MEMORY * (share * (1 - m) - turned * m))
@@ -129,7 +140,8 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
 
 
 def _guess(s: Sliding) -> dict[str, float]:
-    return guess_stribeck(s) | {"spread": SPREAD.initial, "C": THRESHOLDS.following_rate_per_s * s.coulomb}
+    shape = {"spread": SPREAD.initial, "unevenness": UNEVENNESS.initial}
+    return guess_stribeck(s) | shape | {"C": THRESHOLDS.following_rate_per_s * s.coulomb}
 
 
 def _nominal(p: Values) -> tuple[float, ...]:
@@ -137,9 +149,10 @@ def _nominal(p: Values) -> tuple[float, ...]:
 
 
 def _presliding_length(p: Values) -> float:
-    """Return where the softest element begins to slip: Fs/N over its stiffness."""
-    softest = p["sigma0"] / sum(p["spread"] ** i for i in range(ELEMENTS))
-    return p["Fs"] / ELEMENTS / softest
+    """Return where the last element begins to slip: the greatest αᵢ·Fs/kᵢ."""
+    stiff, strong = (falling_shares(sp.Float(p[id])) for id in ("spread", "unevenness"))
+    softest = max(float(limit / stiffness) for limit, stiffness in zip(strong, stiff, strict=True))
+    return p["Fs"] / p["sigma0"] * softest
 
 
 LAW = FrictionLaw(
@@ -147,10 +160,11 @@ LAW = FrictionLaw(
     title="Generalised Maxwell-slip",
     formulas=(
         "Σ Fᵢ + σ2·v",
-        "Ḟᵢ = kᵢ·v while it sticks,  Ḟᵢ = sgn(v)·C·(1/N − |Fᵢ|/s(v)) while it slips",
-        f"kᵢ = σ0·spread^(N−i)/Σ spread^(N−j),  s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²),  N = {ELEMENTS}",
+        "Ḟᵢ = kᵢ·v while it sticks,  Ḟᵢ = sgn(v)·C·(αᵢ − |Fᵢ|/s(v)) while it slips",
+        "kᵢ = σ0·spread^(N−i)/Σ spread^(N−j),  αᵢ = unevenness^(N−i)/Σ unevenness^(N−j)",
+        f"s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²),  N = {ELEMENTS}",
     ),
-    parameters=(STIFFNESS, SPREAD, ATTRACTION, VISCOUS, STRIBECK_VELOCITY, STICTION, COULOMB),
+    parameters=(STIFFNESS, SPREAD, UNEVENNESS, ATTRACTION, VISCOUS, STRIBECK_VELOCITY, STICTION, COULOMB),
     states=(*FORCES, *SLIPS),
     write=maxwell_slip,
     damping=lambda _, p: p["sigma2"],
@@ -159,7 +173,7 @@ LAW = FrictionLaw(
     guess=_guess,
     nominal=_nominal,
     presliding_length=_presliding_length,
-    without_presliding=("sigma0", "spread"),
+    without_presliding=("sigma0", "spread", "unevenness"),
     without_sliding=("Fc", "sigma2", "vs", "C"),
     orderings=(("Fs", "Fc"),),
     level=stribeck,

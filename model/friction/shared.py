@@ -59,11 +59,16 @@ COULOMB = Row(
     upper=1e3,
     structured="friction.Fc",
 )
+REST = sp.Float(1e-12)
+"""Added to (v/vs)² where a Stribeck curve has another exponent than 2."""
 BRISTLE = State(id="z", unit="rad", description="bristle deflection", nominal=1e-3, structured="friction.bristle")
 
 
 def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
-    """Write the Stribeck curve g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²).
+    """Write the Stribeck curve g(v) = Fc + (Fs − Fc)·exp(−|v/vs|^δ), where δ is 2 unless an effect sets it.
+
+    Bo and Pavelescu (1982) fit δ between 0.5 and 2, Armstrong-Hélouvry (1991) larger ones. Its slope is infinite at
+    rest where δ < 1, so a speed of vs/10⁶ is added in the square: |v/vs|^δ = ((v/vs)² + 10⁻¹²)^(δ/2).
 
     Parameters
     ----------
@@ -72,7 +77,7 @@ def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
     p
         Parameters ``Fc``, ``Fs`` and ``vs`` by id.
     levels
-        Factors and speed that effects set; none where None.
+        Factors, speed and exponent that effects set; none where None.
 
     Returns
     -------
@@ -82,7 +87,10 @@ def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
     a = levels or Levels()
     coulomb, stiction = p["Fc"] * a.coulomb * a.kinetic, p["Fs"] * a.coulomb
     seen = v if a.stribeck_velocity is None else a.stribeck_velocity
-    return a.friction * (coulomb + (stiction - coulomb) * sp.exp(-((seen / p["vs"]) ** 2)))
+    squared = (seen / p["vs"]) ** 2
+    if a.stribeck_exponent is not None:
+        squared = sp.exp(a.stribeck_exponent / 2 * sp.log(squared + REST))
+    return a.friction * (coulomb + (stiction - coulomb) * sp.exp(-squared))
 
 
 def guess_presliding(s: Sliding) -> dict[str, float]:

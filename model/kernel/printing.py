@@ -10,10 +10,10 @@ from sympy.functions.special.delta_functions import DiracDelta, Heaviside
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
-FUNCTIONS = ("exp", "sin", "cos", "tanh", "sqrt", "Abs", "sign", "Heaviside")
+FUNCTIONS = ("exp", "log", "sin", "cos", "tanh", "sqrt", "Abs", "sign", "Heaviside")
 OWN = ("Magnitude", "Direction", "Max", "Min", "Piecewise")
 _C = {"exp": "hk_exp", "sin": "hk_sin", "cos": "hk_cos", "tanh": "hk_tanh", "Abs": "hk_abs", "Magnitude": "hk_abs"}
-_C |= {"Direction": "hk_sign"}
+_C |= {"Direction": "hk_sign", "log": "hk_log"}
 
 
 class Direction(sp.Function):

@@ -86,6 +86,19 @@ HK_INLINE real hk_exp(real x) {
     return e * HK_FROM_BITS((n + 1023) << 52);
 }
 
+/* log(x) = k·ln2 + log(m), sqrt(1/2) <= m < sqrt(2); log(m) = 2·atanh(s), s = (m - 1)/(m + 1), |s| <= 0.172, by its series to s^23
+ * (remainder 1e-19). Arguments below the least normal number count as it. */
+HK_INLINE real hk_log(real x) {
+    mask all = HK_BITS(hk_max(x, K(0x1p-1022))), k = (all - 0x3fe6a09e667f3bcd + (UINT64_C(1023) << 52)) >> 52; /* k + 1023 */
+    real m = HK_FROM_BITS(all - ((k - 1023) << 52));
+    real n = HK_FROM_BITS(k | 0x4330000000000000) - 4503599627371519.0; /* bits of 2^52 + k; less 2^52 + 1023 */
+    real s = (m - 1.0) / (m + 1.0), q = s * s, q2 = q * q, q4 = q2 * q2;
+    real b0 = 1.0 / 3 + q * (1.0 / 5), b1 = 1.0 / 7 + q * (1.0 / 9), b2 = 1.0 / 11 + q * (1.0 / 13);
+    real b3 = 1.0 / 15 + q * (1.0 / 17), b4 = 1.0 / 19 + q * (1.0 / 21);
+    real tail = ((b0 + q2 * b1) + q4 * (b2 + q2 * b3)) + q4 * q4 * (b4 + q2 * (1.0 / 23));
+    return n * 0x1.62e42feep-1 + (2.0 * (s + s * q * tail) + n * 0x1.a39ef35793c76p-33);
+}
+
 /* sin and cos: x = k·pi/2 + r in three parts, Taylor on |r| <= pi/4 (remainder 2e-17), quadrant by k. Full accuracy to |x| < 1e5. */
 HK_INLINE void hk_sincos(real x, real *s, real *c) {
     real k = x * 0.63661977236758134 + HK_ROUNDER;

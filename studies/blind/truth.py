@@ -24,6 +24,7 @@ SAME = {
     "friction_slope": "friction_slope",
     "viscous_curvature": "viscous_position",
     "friction_lag_time": "stribeck_lag",
+    "stribeck_exponent_change": "stribeck_change",
     "viscous_excess": "viscous_warmup",
     "viscous_warm_up": "viscous_warmup_time",
     "coulomb_excess": "coulomb_warmup",

@@ -12,11 +12,11 @@ Rates = Callable[[dict[str, float], float, np.ndarray], tuple[float, list[float]
 JOINT = {
     "inertia": 1.1e-4, "gravity_cos": 5e-4, "gravity_sin": -8e-4, "Kp": 1.0, "Ks": 0.0151, "epos": -0.0305,
     "sigma0": 0.523, "sigma1": 2.2e-3, "sigma2": 1.9e-3, "vs": 0.0666, "Fs": 1.33e-3, "Fc": 1.05e-3,
-    "C": 0.05, "spread": 2.0, "vc": 2e-3,
+    "C": 0.05, "spread": 2.0, "unevenness": 0.8, "n": 1.4, "vc": 2e-3,
 }  # fmt: skip
 """Parameters of all laws together; each takes its own."""
 AMPLITUDE = 5e-3
-ELEMENTS, EDGE, MEMORY = 4, 0.02, 1000.0
+ELEMENTS, EDGE, MEMORY, NEAR = 6, 0.02, 1000.0, 1e-3
 
 
 def level(p: dict[str, float], v: float) -> float:
@@ -30,7 +30,8 @@ def lugre(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[flo
 
 
 def dahl(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[float]]:
-    return p["sigma0"] * x[0] + p["sigma2"] * v, [v * (1 - p["sigma0"] * x[0] / p["Fc"] * math.copysign(1, v))]
+    left = 1 - p["sigma0"] * x[0] / p["Fc"] * math.copysign(1, v)
+    return p["sigma0"] * x[0] + p["sigma2"] * v, [v * left * math.hypot(left, NEAR) ** (p["n"] - 1)]
 
 
 def coulomb(p: dict[str, float], v: float, _: np.ndarray) -> tuple[float, list[float]]:
@@ -39,18 +40,19 @@ def coulomb(p: dict[str, float], v: float, _: np.ndarray) -> tuple[float, list[f
 
 def maxwell_slip(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[float]]:
     s, way = level(p, v), float(np.sign(v))
-    falling = np.array([p["spread"] ** -i for i in range(ELEMENTS)])
+    falling, strong = (np.array([p[id] ** -i for i in range(ELEMENTS)]) for id in ("spread", "unevenness"))
+    limits = s * strong / strong.sum()
     forces, slips, memories = x[:ELEMENTS], [], []
-    for k, F, m in zip(p["sigma0"] * falling / falling.sum(), forces, x[ELEMENTS:], strict=True):
-        share = min(max((F * way * ELEMENTS / s - 1 + EDGE) / EDGE, 0.0), 1.0)
+    for k, limit, F, m in zip(p["sigma0"] * falling / falling.sum(), limits, forces, x[ELEMENTS:], strict=True):
+        share = min(max((F * way / limit - 1 + EDGE) / EDGE, 0.0), 1.0)
         g = share + (1 - share) * (m if F * v > 0 else 0.0)
-        slips.append((1 - g) * k * v + g * p["C"] * (way / ELEMENTS - F / s))
+        slips.append((1 - g) * k * v + g * p["C"] * (way * limit - F) / s)
         memories.append(MEMORY * (share * (1 - m) - (m if F * v < 0 else 0.0)))
     return float(forces.sum()) + p["sigma2"] * v, [*slips, *memories]
 
 
 LAWS: dict[str, tuple[Rates, int]] = {
-    "lugre": (lugre, 1), "dahl": (dahl, 1), "coulomb": (coulomb, 0), "maxwell_slip": (maxwell_slip, 8),
+    "lugre": (lugre, 1), "dahl": (dahl, 1), "coulomb": (coulomb, 0), "maxwell_slip": (maxwell_slip, 12),
 }  # fmt: skip
 """Torque and rates of each law, and how many states it has."""
 

@@ -16,7 +16,7 @@ from haptid.virtual_device.machine.truth import DRIVE, read_truth
 from haptid.virtual_device.recording.inputs import AMPLITUDE
 
 ALL = tuple(range(JOINTS))
-N = 4
+N = 6
 T = np.arange(61) * 0.005
 U = np.array(AMPLITUDE) * (
     np.cos(np.outer(T, 8.0 + np.arange(JOINTS))) + 0.4 * np.cos(np.outer(T, 31.0 + np.arange(6)))
@@ -29,7 +29,7 @@ def arm_with(friction: dict[int, str]) -> Arm:
 
 
 class ByHand:
-    """The arm's joints under friction written once more: state q, v, then four places a joint."""
+    """The arm's joints under friction written once more: state q, v, then six places a joint."""
 
     def __init__(self, arm: Arm) -> None:
         self.arm, self.law = arm, [arm.truth.friction.get(j, "lugre") for j in ALL]
@@ -44,15 +44,15 @@ class ByHand:
         return float(p["Fc"][j] + (p["Fs"][j] - p["Fc"][j]) * np.exp(-((v / p["vs"][j]) ** 2)))
 
     def friction(self, j: int, v: float, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the torque of joint j and the rates of its four places."""
+        """Return the torque of joint j and the rates of its six places."""
         sigma0, sigma1, sigma2, Fc = (self.p[id][j] for id in ("sigma0", "sigma1", "sigma2", "Fc"))
         if self.law[j] == "maxwell_slip":
             slips = self.way[j] * 40.0 * Fc * (1 / N - np.abs(x) / self.level(j, v))
             return x.sum() + sigma2 * v, np.where(self.way[j] == 0, self.k[j] * v, slips)
         if self.law[j] == "dahl":
-            return sigma0 * x[0] + sigma2 * v, np.array([v - sigma0 * abs(v) / Fc * x[0], 0.0, 0.0, 0.0])
+            return sigma0 * x[0] + sigma2 * v, np.array([v - sigma0 * abs(v) / Fc * x[0], *[0.0] * (N - 1)])
         bristle = v - sigma0 * abs(v) / self.level(j, v) * x[0]
-        return sigma0 * x[0] + sigma1 * bristle + sigma2 * v, np.array([bristle, 0.0, 0.0, 0.0])
+        return sigma0 * x[0] + sigma1 * bristle + sigma2 * v, np.array([bristle, *[0.0] * (N - 1)])
 
     def rates(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         q, v, inner = x[:6], x[6:12], x[12:].reshape(JOINTS, N)
@@ -63,14 +63,11 @@ class ByHand:
         return np.concatenate([v, a, *[rates for _, rates in made]])
 
     def changes(self) -> list[Callable[[float, np.ndarray], float]]:
-        """Return roots: a joint with elements turns; then a sticking element reaches its limit on either side."""
+        """Return roots: a joint with elements turns; then a sticking element reaches its limit as it moves."""
         found = [lambda _, x, j=j: x[6 + j] for j in self.elements]
         for j, i in zip(*np.nonzero(self.way == 0), strict=True):
             if j in self.elements:
-                found += [
-                    lambda _, x, j=j, i=i, side=side: side * x[12 + N * j + i] - self.level(j, x[6 + j]) / N
-                    for side in (1, -1)
-                ]
+                found.append(lambda _, x, j=j, i=i: np.sign(x[6 + j]) * x[12 + N * j + i] - self.level(j, x[6 + j]) / N)
         for n, event in enumerate(found):
             event.terminal, event.direction = True, int(n >= len(self.elements))
         return found
@@ -88,7 +85,7 @@ class ByHand:
                     self.way[j] = 0
                     x[6 + j] = np.sign(self.rates(x, u)[6 + j]) * 1e-12
             for j in self.elements:
-                v, own = x[6 + j], x[12 + N * j : 16 + N * j]
+                v, own = x[6 + j], x[12 + N * j : 12 + N * (j + 1)]
                 hits = (self.way[j] == 0) & (own * np.sign(v) >= self.level(j, v) / N - 1e-11)
                 self.way[j][hits] = np.sign(v)
         return x
@@ -105,7 +102,7 @@ def moved(arm: Arm, max_step: float) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("friction", "tolerances"),
-    [({2: "dahl", 5: "dahl"}, (3e-8, 1e-9)), (MIXED, (5e-6, 1e-6))],
+    [({2: "dahl", 5: "dahl"}, (3e-8, 1e-9)), (MIXED, (7e-6, 1e-6))],
     ids=["one state each", "with elements"],
 )
 def test_the_arm_agrees_with_scipy_and_events(friction: dict[int, str], tolerances: tuple[float, float]) -> None:
@@ -141,5 +138,5 @@ def test_arm_with_one_joint_free_is_the_single_joint_under_every_law(law: str) -
 
 def test_a_state_of_another_length_is_refused() -> None:
     arm = arm_with({})
-    with pytest.raises(ValueError, match=r"shape \(60,\), got \(18,\)"):
+    with pytest.raises(ValueError, match=r"shape \(84,\), got \(18,\)"):
         arm.advance(ALL, np.zeros(18), np.zeros(JOINTS), 0.005)

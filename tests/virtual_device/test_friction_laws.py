@@ -22,8 +22,9 @@ from haptid.virtual_device.recording.inputs import Cosine, table3
 P = {
     "inertia": 1.2e-4, "gravity_cos": -2e-3, "gravity_sin": 1e-3, "Kp": 1.0, "Ks": 0.02, "epos": -0.05,
     "sigma0": 0.6, "sigma2": 0.0015, "vs": 0.06, "Fs": 1.4e-3, "Fc": 1.1e-3, "C": 0.05, "spread": 2.0,
+    "unevenness": 0.8, "n": 1.4,
 }  # fmt: skip
-N = 4
+N = 6
 T = np.arange(241) * 0.005
 U = 0.006 * np.cos(4.0 * T) + 0.002 * np.cos(13.0 * T + 1.0)
 
@@ -44,7 +45,8 @@ def test_dahl_agrees_with_radau():
         def rates(_: float, x: np.ndarray, u: float = u) -> list[float]:
             q, v, z = x
             force = u - load(q) - P["sigma0"] * z - P["sigma2"] * v
-            return [v, force / P["inertia"], v - P["sigma0"] * abs(v) / P["Fc"] * z]
+            left = 1 - P["sigma0"] * z * np.sign(v) / P["Fc"]
+            return [v, force / P["inertia"], v * np.sign(left) * abs(left) ** P["n"]]
 
         x = solved(rates, a, b, x).y[:, -1]
         expected.append(x[0])
@@ -59,6 +61,8 @@ class Elements:
     def __init__(self) -> None:
         falling = P["spread"] ** -np.arange(N)
         self.k = P["sigma0"] * falling / falling.sum()
+        strong = P["unevenness"] ** -np.arange(N)
+        self.share = strong / strong.sum()
         self.way = np.zeros(N)
 
     def level(self, v: float) -> float:
@@ -66,15 +70,15 @@ class Elements:
 
     def rates(self, x: np.ndarray, u: float) -> list[float]:
         q, v, F = x[0], x[1], x[2:]
-        slips = self.way * P["C"] * (1 / N - np.abs(F) / self.level(v))
+        slips = self.way * P["C"] * (self.share - np.abs(F) / self.level(v))
         inner = np.where(self.way == 0, self.k * v, slips)
         return [v, (u - load(q) - F.sum() - P["sigma2"] * v) / P["inertia"], *inner]
 
     def changes(self):
-        """Return roots: the speed passes 0; a sticking element reaches its limit on either side."""
+        """Return roots: the speed passes 0; a sticking element reaches its limit on the side of the motion."""
         found = [lambda _, x: x[1]]
         for i in np.flatnonzero(self.way == 0):
-            found += [lambda _, x, i=i, side=side: side * x[2 + i] - self.level(x[1]) / N for side in (1, -1)]
+            found.append(lambda _, x, i=i: np.sign(x[1]) * x[2 + i] - self.level(x[1]) * self.share[i])
         for event in found:
             event.terminal, event.direction = True, 1
         found[0].direction = 0
@@ -89,7 +93,7 @@ class Elements:
             if done.t_events[0].size:  # the joint turns: from now on it goes the way it accelerates
                 self.way[:] = 0
                 x[1] = np.sign(self.rates(x, u)[1]) * 1e-13
-            v, limit = x[1], self.level(x[1]) / N
+            v, limit = x[1], self.level(x[1]) * self.share
             hits = (self.way == 0) & (x[2:] * np.sign(v) >= limit - 1e-12)
             self.way[hits] = np.sign(v)
         return x

@@ -15,7 +15,7 @@ from haptid.virtual_device.machine.truth import DRIVE, Truth
 JOINTS = 6
 HIDDEN = ("cubic", "cog", "cog_number", "cog_phase", "drag_up", "drag_down", "drag_square", "gain_fall")
 """What may be hidden in a joint, as `arm.c` names it."""
-ELEMENTS = 4
+ELEMENTS = 6
 """Most states that friction of one joint has, as `friction.h` has it."""
 STATES = 2 * JOINTS + 2 * JOINTS * ELEMENTS
 """Length of a state: positions, velocities, `ELEMENTS` friction states a joint, and where each element slips."""

@@ -174,6 +174,7 @@ LISTED: dict[str, Formula] = {
     "load_dependent_friction": lambda s, k, _: {"load_friction": 0.4 * k, "load_reference": s.torque},
     "position_dependent_viscous": lambda s, k, _: {"viscous_position": k * s.sigma2 / s.amplitude**2},
     "friction_lag": lambda _, k, __: {"stribeck_lag": 0.05 * k},
+    "stribeck_shape": lambda _, k, d: {"stribeck_change": 4.0 * k if d.sign > 0 else 2.0 / (1.0 + 2.0 * k) - 2.0},
     "viscous_drift": lambda _, k, d: {"viscous_warmup": 0.4 * k, "viscous_warmup_time": 5.0 * d.time},
     "coulomb_drift": lambda _, k, d: {"coulomb_warmup": 0.4 * k, "coulomb_warmup_time": 5.0 * d.time},
     "quadratic_drag": lambda s, k, _: {"drag": 0.5 * k * s.sigma2 / s.speed},

@@ -8,8 +8,8 @@ from haptid.support.errors import InputError
 
 LAWS = ("lugre", "dahl", "maxwell_slip")
 """Friction laws, in the order of their numbers in ``friction.h``; a joint of which nothing is said has the first."""
-OF_LAWS = {"law": 0.0, "C": 1.0, "spread": 2.0}
-"""The law's number, and what Maxwell-slip friction has beside the parameters of LuGre."""
+OF_LAWS = {"law": 0.0, "C": 1.0, "spread": 2.0, "unevenness": 1.0, "n": 1.0}
+"""The law's number, and what Maxwell-slip and Dahl friction have beside the parameters of LuGre."""
 ATTRACTION = 40.0
 """Attraction C of Maxwell-slip friction over Fc [1/s]: its level follows the speed within some 25 ms."""
 
@@ -50,7 +50,7 @@ def law_parameters(friction: str, coulomb: float) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        Number of the law, attraction C [N m/s] and spread, by name.
+        Number of the law, attraction C [N m/s], spread, unevenness and exponent n, by name.
 
     Raises
     ------

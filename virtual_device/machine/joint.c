@@ -17,7 +17,7 @@
   X(inertia_linear, 0) X(inertia_quadratic, 0)                                                                         \
   X(coulomb_asymmetry, 0) X(viscous_asymmetry, 0)                                                                      \
   X(friction_wave, 0) X(friction_wave_number, 1.0) X(friction_wave_phase, 0) X(friction_slope, 0)                      \
-  X(load_friction, 0) X(load_reference, 1.0) X(viscous_position, 0) X(stribeck_lag, 0)                                 \
+  X(load_friction, 0) X(load_reference, 1.0) X(viscous_position, 0) X(stribeck_lag, 0) X(stribeck_change, 0)           \
   X(viscous_warmup, 0) X(viscous_warmup_time, 1.0) X(coulomb_warmup, 0) X(coulomb_warmup_time, 1.0)                    \
   X(drag, 0) X(hysteresis_stiffness, 0) X(hysteresis_travel, 1.0)                                                      \
   X(rotor_inertia, 0) X(tendon_stiffness, 0) X(tendon_damping, 0) X(tendon_slack, 0) X(encoder_play, 0)                \
@@ -80,6 +80,7 @@ static double amplifier(const Joint *j, double t, double command) {
 static double modulated_level(const Joint *j, const Friction *f, double t, const double *x, double w) {
   double q = x[POSITION], v = x[VELOCITY], s = j->stribeck_lag > 0 ? x[STRIBECK] : v;
   double coulomb = j->Fc, scale = 1;
+  if (j->stribeck_change != 0) s = j->vs * pow(fabs(s) / j->vs, 1 + 0.5 * j->stribeck_change); /* to the power 2 + change */
   if (j->coulomb_warmup != 0) coulomb *= 1 + j->coulomb_warmup * exp(-t / j->coulomb_warmup_time);
   if (j->coulomb_asymmetry != 0) scale *= 1 + j->coulomb_asymmetry * sign(v);
   if (j->friction_wave != 0) scale *= 1 + j->friction_wave * sin(j->friction_wave_number * q + j->friction_wave_phase);
@@ -222,7 +223,8 @@ static void advance(const Joint *j, double t, double end, const Line *u, double 
       return;
     }
     double weakest = j->law == DAHL ? j->Fc : fmin(j->Fc, j->Fs);
-    double rate = constant + 2 * j->sigma0 * fabs(x[VELOCITY]) / weakest;
+    double steepest = j->law == DAHL ? fmax(1, j->n) : 1;
+    double rate = constant + 2 * steepest * j->sigma0 * fabs(x[VELOCITY]) / weakest;
     double h = fmin(max_step, 0.1 / rate);
     double left = ceil((end - t) / h - 1e-9);
     h = (end - t) / fmax(left, 1);

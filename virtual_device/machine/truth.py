@@ -53,7 +53,7 @@ class Truth:
         Returns
         -------
         dict of str to float
-            Number of the law, attraction C [N m/s] and spread, by name.
+            Number of the law, attraction C [N m/s], spread, unevenness and exponent n, by name.
 
         Raises
         ------
@@ -67,7 +67,7 @@ class Truth:
 
         Returns
         -------
-        ndarray, shape (147,)
+        ndarray, shape (159,)
             Geometry, links row by row, then drive and law of each joint.
 
         Raises

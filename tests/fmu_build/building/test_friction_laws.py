@@ -79,9 +79,9 @@ def test_the_whole_device_with_several_laws_builds_and_simulates(kind: Kind, tmp
     assert "Generalised Maxwell-slip friction of joint 5" in page
 
 
-@pytest.mark.parametrize(("law", "most"), [("dahl", LAWS["dahl"]), ("maxwell_slip", 5e-5)])
+@pytest.mark.parametrize(("law", "most"), [("dahl", LAWS["dahl"]), ("maxwell_slip", 7e-5)])
 def test_the_whole_device_with_several_laws_moves_as_the_independent_arm(law: str, most: float, tmp_path: Path):
-    """Elements of the arm jump from stick to slip, those of the FMU do not: a quarter of a sensor's noise apart."""
+    """Elements of the arm jump from stick to slip, those of the FMU do not: a third of a sensor's noise apart."""
     laws = {2: "dahl", 4: law}
     true = replace(read_truth(), friction=laws)
     values, e = true_values(true), full_equations(load_device("freedom6s").with_friction(laws))

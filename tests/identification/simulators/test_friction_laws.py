@@ -29,7 +29,7 @@ from tests.identification.bench_joint import TRUE
 from tests.model.friction_cases import JOINT
 
 LAWS = ("coulomb", "dahl", "maxwell_slip")
-OF_LAW = {"coulomb": {"vc": 0.01}, "dahl": {}, "maxwell_slip": {"C": 0.04, "spread": 2.0}}
+OF_LAW = {"coulomb": {"vc": 0.01}, "dahl": {"n": 1.4}, "maxwell_slip": {"C": 0.04, "spread": 2.0, "unevenness": 0.8}}
 FAST = ("--quiet", "--workers", "1", "--fmu", "none", "--method", "gauss_newton", "--no-export")
 COSINES = (
     Cosine(amplitude=0.005, frequency=1.13, duration=6.0),
@@ -111,7 +111,7 @@ def test_results_with_another_laws_parameters_are_refused(identified, tmp_path: 
     data["configurations"][0]["friction"] = "lugre"
     data["configurations"][0]["parameters"]["spread"] = {"value": 2.0}
     (tmp_path / "a.json").write_text(json.dumps(data))
-    with pytest.raises(InputError, match=r"parameters of a locked joint, got '(spread|C)'"):
+    with pytest.raises(InputError, match=r"parameters of a locked joint, got '(spread|C|n)'"):
         read_identification(tmp_path / "a.json")
 
 
@@ -143,7 +143,7 @@ def test_motion_gives_the_torque_that_made_it(law: str):
 
 
 @pytest.mark.parametrize(
-    ("law", "ids"), [("dahl", "sigma0 stays open"), ("maxwell_slip", "sigma0 and spread stay open")]
+    ("law", "ids"), [("dahl", "sigma0 and n stay open"), ("maxwell_slip", "sigma0, spread and unevenness stay open")]
 )
 def test_warnings_name_the_laws_own_parameters(law: str, ids: str):
     e = joint_equations(4, friction=law)

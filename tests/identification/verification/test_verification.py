@@ -32,7 +32,7 @@ def true_values(true: Truth | None = None) -> dict[str, float]:
     true = true or read_truth()
     links = {f"link{i + 1}_{id}": float(row[k]) for i, row in enumerate(true.links) for k, id in enumerate(STANDARD)}
     drives = {f"{id}_{j}": float(row[k]) for j, row in enumerate(true.drives) for k, id in enumerate(DRIVE)}
-    laws = {f"{id}_{j}": true.law_parameters(j)[id] for j in true.friction for id in ("C", "spread")}
+    laws = {f"{id}_{j}": true.law_parameters(j)[id] for j in true.friction for id in ("C", "spread", "unevenness", "n")}
     return links | drives | laws
 
 

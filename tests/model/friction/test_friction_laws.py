@@ -63,7 +63,7 @@ def test_the_kernel_agrees_with_radau(law: str, most: float, least: float):
     t, u = T[:161], torque(T[:161])
     expected = radau(law, JOINT, t, u)
     assert np.ptp(expected) > 0.1
-    for step, tolerance in ((5e-4, most), (1e-5, least)):
+    for step, tolerance in ((5e-4, most), (4e-6, least)):
         got = kernel(law).simulate(t, u[:, None], vector(law), rest(law), step=step)[:, 0]
         np.testing.assert_allclose(got, expected, rtol=0, atol=tolerance)
 
@@ -101,7 +101,7 @@ def test_sensitivities_are_those_of_the_simulation(law: str):
     k, p, u = kernel(law), vector(law), torque(T)[:, None]
     _, dy = k.simulate_tangent(T, u, p, rest(law), step=1e-4)
     for i, q in enumerate(k.equations.parameters):
-        h = 1e-4 * (abs(p[i]) or 1e-3)
+        h = 1e-5 * (abs(p[i]) or 1e-3)  # less than what makes an element of Maxwell-slip turn elsewhere
         step = h * np.eye(p.size)[i]
         a, b = (k.simulate(T, u, p + s, rest(law), step=1e-4)[:, 0] for s in (step, -step))
         difference = (a - b) / (2 * h)
@@ -153,7 +153,7 @@ def mixed(**changes: object) -> Device:
     for id in ("sigma1", "vs", "Fs"):
         del joints[4]["parameters"][id]
     del joints[5]["parameters"]["sigma1"]
-    joints[5]["parameters"] |= {"spread": 2.0, "C": {"initial": 0.05, "lower": 1e-3, "upper": 5.0}}
+    joints[5]["parameters"] |= {"spread": 2.0, "unevenness": 0.8, "C": {"initial": 0.05, "lower": 1e-3, "upper": 5.0}}
     joints[4] |= changes
     return parse_device(table, "mixed.toml")
 
@@ -228,6 +228,15 @@ def work_of_a_cycle(values: dict[str, float], step: float = 2e-5) -> float:
 
 
 def test_maxwell_slip_gives_work_in_a_cycle_unless_stiction_is_coulomb_friction():
-    values = {"sigma0": 10.0, "spread": 1.0, "C": 2.0, "sigma2": 0.0, "vs": 0.02, "Fs": 0.03, "Fc": 0.01}
+    values = {
+        "sigma0": 10.0,
+        "spread": 1.0,
+        "unevenness": 1.0,
+        "C": 2.0,
+        "sigma2": 0.0,
+        "vs": 0.02,
+        "Fs": 0.03,
+        "Fc": 0.01,
+    }
     assert work_of_a_cycle(values) == pytest.approx(-2.0e-5, rel=0.05)
     assert work_of_a_cycle(values | {"Fs": 0.01}) == pytest.approx(6.0e-5, rel=0.05)

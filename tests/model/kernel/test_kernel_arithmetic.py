@@ -11,7 +11,7 @@ import pytest
 from haptid.model.kernel.compiler import compile_shared
 from haptid.model.kernel.generate import template
 
-NAMES = ("exp", "sin", "cos", "tanh", "sqrt", "abs", "sign", "step")
+NAMES = ("exp", "log", "sin", "cos", "tanh", "sqrt", "abs", "sign", "step")
 SHIM = (
     '#include "real.h"\n#define API __attribute__((visibility("default")))\n'
     + "".join(
@@ -61,6 +61,20 @@ def test_exp_of_extreme_arguments_stays_finite_and_positive(library: ctypes.CDLL
     y = call(library, "exp", np.array([-1e300, -1000.0, 1000.0, 1e300]))
     assert np.isfinite(y).all()
     assert (y > 0).all()
+
+
+def test_log_to_two_ulps(library: ctypes.CDLL):
+    around_one = 1 + RNG.normal(size=800) * 10.0 ** RNG.uniform(-15, -1, 800)
+    x = np.concatenate((np.abs(around_one), np.exp(RNG.uniform(-700, 700, 800)), 2.0 ** np.arange(-1022, 1024)))
+    exact = exactly(mp.log, x)
+    y = call(library, "log", x)
+    assert ulps(y[exact != 0], exact[exact != 0]) <= 2
+    assert (y[exact == 0] == 0).all()
+
+
+def test_log_of_zero_and_below_stays_finite(library: ctypes.CDLL):
+    y = call(library, "log", np.array([0.0, -0.0, -1.0, 5e-324]))
+    np.testing.assert_allclose(y, -1022 * np.log(2))
 
 
 @pytest.mark.parametrize("name", ["sin", "cos"])

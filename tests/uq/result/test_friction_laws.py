@@ -18,14 +18,17 @@ COSINES = (
     Cosine(amplitude=0.005, frequency=2.5, duration=2.5),
     Cosine(amplitude=0.004, frequency=4.0, duration=2.5, use="validate"),
 )
-OF_LAW = {"dahl": ("Fc", "sigma0", "sigma2"), "maxwell_slip": ("Fc", "sigma0", "spread")}
+OF_LAW = {"dahl": ("Fc", "sigma0", "n"), "maxwell_slip": ("Fc", "sigma0", "spread")}
 """Free parameters; all others are fixed at the truth."""
-HAS = {"dahl": {"sigma0", "sigma2", "Fc"}, "maxwell_slip": {"sigma0", "spread", "C", "sigma2", "vs", "Fs", "Fc"}}
+HAS = {
+    "dahl": {"sigma0", "n", "sigma2", "Fc"},
+    "maxwell_slip": {"sigma0", "spread", "unevenness", "C", "sigma2", "vs", "Fs", "Fc"},
+}
 
 
 @pytest.mark.parametrize("law", OF_LAW)
 def test_the_posterior_holds_the_truth(law: str, tmp_path: Path):
-    truth = {**TRUE, "Kp": 1.0} | ({"C": 0.04, "spread": 2.0} if law == "maxwell_slip" else {})
+    truth = {**TRUE, "Kp": 1.0, "n": 1.4, "C": 0.04, "spread": 2.0, "unevenness": 0.8}
     known = {}
     for id in {"inertia", "gravity_cos", "gravity_sin", "Ks", "epos"} | HAS[law]:
         value = truth.get(id, 0.0)
