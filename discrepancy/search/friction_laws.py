@@ -3,11 +3,11 @@
 Dry friction that follows another law than the model's looks like several missing effects at once, and no effect of the
 catalogue leaves noise alone beside the wrong law. So the other laws are fitted where the nominal model fails.
 
-1. Begin at the nominal optimum, with the law's further parameters at its own guesses, at a tenth of them, and with all
-   its parameters at its guesses.
+1. Begin at the nominal optimum, with the law's further parameters at its own guesses, at a tenth of those that have a
+   unit, and with all its parameters at its guesses.
 2. Fit each start briefly, and the best to the end where it gains something.
-3. Stop at a law that leaves noise alone with no more parameters. Keep the laws that leave far less of the residual
-   than the law of the study.
+3. Stop at a law with no more parameters that leaves noise alone, or next to nothing of the residual of the law of the
+   study. Keep the laws that leave far less of it.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ class OtherLaw:
     passes
         Whether it leaves noise alone, as far as the tests tell that need no scores of the catalogue.
     simpler
-        Whether it does so with no more parameters than the law of the study: what no further parameter was needed for
-        is no effect that a law imitates.
+        Whether it does so, or leaves next to nothing of the excess, with no more parameters than the law of the study:
+        what no further parameter was needed for is no effect that a law imitates.
     """
 
     study: Study
@@ -128,14 +128,18 @@ def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | No
     base = Base(solution=solution, costs=(solution.chi2,), reached=1, calls=calls + candidate.calls)
     passes = trial.passes and trial.acceptable
     fewer = candidate.parameters <= start.candidate.parameters
-    return OtherLaw(study=other, base=base, passes=passes, simpler=passes and fewer)
+    little = THRESHOLDS.search.largest_excess_under_right_law * (white.chi2 - study.rows)
+    explains = passes or solution.chi2 - study.rows < little
+    return OtherLaw(study=other, base=base, passes=passes, simpler=explains and fewer)
 
 
 def _starts(other: Study, white: Solution) -> Iterator[dict[str, float]]:
     """Yield start values by id; what a start leaves out begins at its first guess."""
     law, known = law_named(other.base.friction[0]), white.values
-    own = {q.id: q.initial for q in other.base.parameters if q.id in law.ids and q.id not in known}
+    own = [q for q in other.base.parameters if q.id in law.ids and q.id not in known]
+    smaller = THRESHOLDS.search.smaller_start_divisor
     shared = {id: value for id, value in known.items() if id not in law.ids}
-    yield known | own
-    yield known | {id: value / THRESHOLDS.search.smaller_start_divisor for id, value in own.items()}
+    yield known | {q.id: q.initial for q in own}
+    if any(q.unit != "1" for q in own):
+        yield known | {q.id: q.initial if q.unit == "1" else q.initial / smaller for q in own}
     yield shared

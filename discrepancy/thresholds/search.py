@@ -14,6 +14,8 @@ class SearchThresholds:
     """Share of the nominal model's excess energy that another friction law may leave to be searched under [1]."""
     largest_excess_over_best_effect: float = 0.5
     """Share of what the best single effect leaves, up to which the other law is searched under at once [1]."""
+    largest_excess_under_right_law: float = 0.005
+    """The same for a law with no more parameters to be taken at once, though something is missing beside it [1]."""
     least_gain_under_other_law_chi2: float = 20.0
     """Decrease of ‖r‖² by brief fits under another law, in squares over the noise, below which the law is left [1]."""
     least_gain_under_other_law_over_excess: float = 0.2

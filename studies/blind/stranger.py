@@ -1,10 +1,15 @@
 """A case of the stranger scored: a name is right if it is the kind of what is hidden.
 
-The table of kinds, `studies.hidden.kinds`, and these rules were written down before any search saw a case. Where
-nothing is hidden but a friction law that a refit of LuGre friction cannot follow, the right answer is that something
-outside the catalogue is missing, or that friction follows another law. Beside an effect, such a law changes nothing of
-what is right: the kinds that are hidden have to be named, and no other but the friction law. The intervals of
-parameters are not scored, for the formulas differ.
+The table of kinds, `studies.hidden.kinds`, and these rules were written down before any search saw a case:
+
+1. Where nothing is hidden but a friction law that a refit of LuGre friction cannot follow, the right answer is that
+   something outside the catalogue is missing, or that friction is of another kind: another law or, where the stranger's
+   Stribeck curve is no Gaussian, a curve of another shape.
+2. Beside an effect, such a law changes nothing of what is right: the kinds that are hidden have to be named, and no
+   other but the kind of friction.
+3. Where the law leaves next to nothing, the kind of friction is neither asked for nor wrong.
+
+The intervals of parameters are not scored, for the formulas differ.
 """
 
 from __future__ import annotations
@@ -13,7 +18,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from studies.blind.outcome import Outcome, score_case
-from studies.hidden.kinds import KINDS, kinds_of
+from studies.hidden.kinds import KINDS, LAW, kinds_of
+
+SHAPE = "stribeck_shape"
+"""The name that stands for the stranger's friction beside `LAW`."""
+WITHOUT_CURVE = "dahl"
+"""The stranger's law that has no Stribeck curve, so that none of another shape is right."""
 
 
 def score_stranger(
@@ -62,12 +72,21 @@ def in_kinds(label: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _found_in_kinds(found: Mapping[str, Any] | None, label: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return a finding in kinds; beside effects, a friction law that shows is neither asked for nor wrong."""
+    """Return a finding in kinds; where the friction law is not asked for, its kind is passed over."""
     if found is None:
         return None
     hidden = label["effects"]
-    passed_over = set(label["outside"]) if hidden else set()
-    found = {**found, "effects": [e for e in found["effects"] if e["id"] not in passed_over]}
-    effects = [{**e, "id": kinds_of([e["id"]], hidden)[0]} for e in found["effects"]]
-    alternatives = [{**a, "ids": list(kinds_of(a["ids"], hidden))} for a in found["alternatives"]]
-    return {**found, "effects": effects, "alternatives": alternatives}
+    of_friction = {LAW, SHAPE} if label["friction"]["law"] != WITHOUT_CURVE else {LAW}
+    asked = not hidden and bool(label["outside"])
+
+    def kind(id: str) -> str:
+        return LAW if id in of_friction else kinds_of([id], hidden)[0]
+
+    named = [{**e, "id": kind(e["id"])} for e in found["effects"]]
+    effects = [e for e in named if asked or e["id"] != LAW]
+    verdict = found["verdict"]
+    if named and not effects and verdict in ("named", "ambiguous"):
+        verdict = "nothing_missing"
+    sets = ({kind(id) for id in a["ids"]} for a in found["alternatives"])
+    alternatives = [{"ids": sorted(ids if asked else ids - {LAW})} for ids in sets]
+    return {**found, "verdict": verdict, "effects": effects, "alternatives": alternatives}

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+LAW = "friction_law"
+"""Name of what is hidden where a refit of LuGre friction cannot follow the friction law."""
 KINDS: dict[str, tuple[str, ...]] = {
     "progressive_spring": ("cubic_spring",),
     "one_sided_spring": ("asymmetric_spring",),

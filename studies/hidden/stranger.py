@@ -20,13 +20,12 @@ from haptid.virtual_device.stranger.physics import STRANGER
 from haptid.virtual_device.stranger.ranges import draw_all, draw_friction, read_ranges
 from haptid.virtual_device.stranger.readings import draw_recorder
 from studies.hidden.joints import choose_inputs, draw_joint, fixed_parameters
+from studies.hidden.kinds import LAW
 from studies.hidden.sizing import reach
 from studies.hidden.stranger_plan import StrangerCase, plan_stranger
 from studies.hidden.stranger_sizing import STEP, Bench, Joint, draw_size
 from studies.hidden.writing import write_cases
 
-LAW = "friction_law"
-"""Name of what is hidden where a refit of LuGre friction cannot follow the friction law."""
 LAW_LEAVES = 0.1
 """What such a refit has to leave, over the noise, for the friction law to count as hidden."""
 DRAWS = 8

@@ -13,17 +13,17 @@ from haptid.support.errors import InputError, NumericalError
 from haptid.virtual_device.stranger.effects import FORMULAS
 from studies.blind.stranger import score_stranger
 from studies.blind.stranger_page import count_kinds, describe_cases
-from studies.hidden.kinds import KINDS
-from studies.hidden.stranger import LAW, make_stranger_cases
+from studies.hidden.kinds import KINDS, LAW
+from studies.hidden.stranger import make_stranger_cases
 from studies.hidden.stranger_plan import plan_stranger
 from studies.hidden.stranger_sizing import TOLERANCE, Bench, draw_size
 
 
-def label(*effects: str, outside: tuple[str, ...] = ()) -> dict[str, Any]:
+def label(*effects: str, outside: tuple[str, ...] = (), law: str = "bristle") -> dict[str, Any]:
     kind = ("none", "single", "several")[min(len(effects), 2)]
     return {
         "case": "case_0000", "kind": kind, "effects": list(effects), "outside": list(outside), "size": "large",
-        "joint": 4,
+        "joint": 4, "friction": {"law": law},
         "device": "single_joint", "inputs": "rich", "coloured": 0.0, "base": {"inertia": 1e-4}, "hidden": {},
     }  # fmt: skip
 
@@ -50,7 +50,16 @@ def found(verdict: str, *names: str, rivals: tuple[str, ...] = ()) -> dict[str, 
         (label("gear_wave"), None, "failed"),
         (label(), found("nothing_missing"), "nothing_rightly"),
         (label(), found("unlisted"), "false_alarm"),
+        (label("gear_wave", outside=(LAW,)), found("named", "cogging", "stribeck_shape"), "named"),
+        (label("gear_wave", outside=(LAW,)), found("named", "cogging", "quadratic_drag"), "named_in_part"),
+        (label("gear_wave"), found("named", "stribeck_shape"), "missed"),
+        (label(), found("named", "stribeck_shape"), "nothing_rightly"),
+        (label(), found("named", LAW, "cogging"), "false_alarm"),
+        (label(law="dahl"), found("named", "stribeck_shape"), "false_alarm"),
         (label(outside=(LAW,)), found("unlisted"), "flagged"),
+        (label(outside=(LAW,)), found("named", "stribeck_shape"), "named"),
+        (label(outside=(LAW,), law="dahl"), found("named", "stribeck_shape"), "wrong_name"),
+        (label(outside=(LAW,)), found("ambiguous", "stribeck_shape", rivals=("friction_lag",)), "flagged"),
         (label(outside=(LAW,)), found("named", "friction_lag"), "wrong_name"),
         (label(outside=(LAW,)), found("nothing_missing"), "missed"),
     ],
