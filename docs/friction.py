@@ -19,7 +19,7 @@ ACTS_ON = {
     "kinetic_level": "Fc alone",
     "viscous_level": "σ2",
     "stribeck_velocity": "the speed that the Stribeck curve sees",
-    "stribeck_exponent": "the power of the speed in the Stribeck curve",
+    "stribeck_argument": "the argument of the exponential in the Stribeck curve",
     "bristle": "formulas that read the deflection z",
 }
 """What each slot of `haptid.model.friction.law` changes."""

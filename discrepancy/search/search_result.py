@@ -106,17 +106,19 @@ class Search:
         """Trials that predict as well as the best one, best first.
 
         Between effects that the catalogue calls rivals, the BIC's charge for further parameters is no evidence, where
-        both fit.
+        both fit. That the best model is just adequate and another just not is no evidence beside their criterion.
         """
+        few = [t for t in (*self.trials, *self.contenders) if len({*t.candidate.ids}) <= len(self.best.candidate.ids)]
         return [
             t
-            for t in sorted((*self.trials, *self.contenders), key=lambda t: t.candidate.criterion)
-            if t.acceptable
-            and len(frozenset(t.candidate.ids)) <= len(self.best.candidate.ids)
-            and t.candidate.criterion - self.best.candidate.criterion
-            < THRESHOLDS.candidate.rival_criterion_gap + self._price(t)
-            and (t.adequate or not self.best.adequate)
+            for t in sorted(few, key=lambda t: t.candidate.criterion)
+            if t.acceptable and self._is_close(t, self._price(t) if t.adequate or not self.best.adequate else 0.0)
         ]
+
+    def _is_close(self, other: Trial, price: float = 0.0) -> bool:
+        """Say whether the criterion of a trial is as low as the best one's, but for the price of its parameters."""
+        gap = other.candidate.criterion - self.best.candidate.criterion
+        return gap < THRESHOLDS.candidate.rival_criterion_gap + price
 
     def _price(self, other: Trial) -> float:
         """Return k·ln n for the k further parameters of a trial in which a rival replaces one effect; else 0."""

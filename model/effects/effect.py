@@ -6,7 +6,7 @@ The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristl
 (torque that reaches the joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far),
 ``y`` (reading as built so far), and every parameter and state by its id. In the rates of change of an effect's states
 there is ``load``, what friction leaves of the torque to inertia, gravity and spring, and in a ``coulomb_level``
-``coulomb``, the Coulomb friction of whatever friction law the joint has.
+``coulomb``, the Coulomb friction of whatever friction law the joint has, in a ``stribeck_argument`` ``fall``, (v/vs)².
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import TIME, State
 from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
-from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
+from haptid.model.friction.law import FALL, SLOTS, USE_OF_BRISTLE
 
 q, v, z, w, a, y, tau, load, coulomb = (
     sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau", "load", "coulomb")
 )
 t = TIME
-RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau", "load", "coulomb"})
+fall = FALL
+RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau", "load", "coulomb", "fall"})
 SIDES = ("torque", "input", "output", "friction", "time", "random")
 LAST = 9
 """Default of ``Effect.place``: behind all effects of the drive."""
@@ -95,8 +96,8 @@ class Effect:
         The new ``w``, ``y``, ``a`` in terms of the old.
     friction_level, coulomb_level, kinetic_level, viscous_level
         Factors on g(v), on Fc and Fs alone, on Fc alone and on σ2.
-    stribeck_velocity, stribeck_exponent
-        Speed in the Stribeck curve, and its power there.
+    stribeck_velocity, stribeck_argument
+        Speed in the Stribeck curve, and the argument of its exponential in terms of ``fall``.
     inertia_factor
         m(q) in M·m(q)·q̈ + ½·M·m'(q)·q̇².
     time_rate
@@ -138,7 +139,7 @@ class Effect:
     kinetic_level: sp.Expr | None = None
     viscous_level: sp.Expr | None = None
     stribeck_velocity: sp.Expr | None = None
-    stribeck_exponent: sp.Expr | None = None
+    stribeck_argument: sp.Expr | None = None
     inertia_factor: sp.Expr | None = None
     time_rate: sp.Expr | None = None
     states: tuple[EffectState, ...] = ()

@@ -17,16 +17,18 @@ from haptid.model.equations.joint_parameters import Row
 Values = Mapping[str, float]
 Symbols = Mapping[str, sp.Expr]
 SLOTS = (
-    "friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity", "stribeck_exponent",
+    "friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity", "stribeck_argument",
 )  # fmt: skip
 """Slots of a law that effects may fill, by the names of `model.effects.effect.Effect`."""
+FALL = sp.Symbol("fall", real=True)
+"""(v/vs)², the argument of the exponential in the Stribeck curve as every law writes it."""
 USE_OF_BRISTLE = "bristle"
 """Slot of a law whose state is one bristle deflection z, which an effect's formulas may read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """The contribution of effects to a law: factors, and speed and exponent in the Stribeck curve.
+    """The contribution of effects to a law: factors, and speed and argument of the Stribeck curve.
 
     Parameters
     ----------
@@ -38,8 +40,8 @@ class Levels:
         Factor on the viscous friction.
     stribeck_velocity
         Speed in the Stribeck curve [rad/s]; the joint's where None.
-    stribeck_exponent
-        Power of the speed in the Stribeck curve; 2 where None.
+    stribeck_argument
+        Argument of the exponential in the Stribeck curve, an expression of `FALL`; `FALL` itself where None.
     """
 
     friction: sp.Expr = sp.S.One
@@ -47,7 +49,7 @@ class Levels:
     kinetic: sp.Expr = sp.S.One
     viscous: sp.Expr = sp.S.One
     stribeck_velocity: sp.Expr | None = None
-    stribeck_exponent: sp.Expr | None = None
+    stribeck_argument: sp.Expr | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

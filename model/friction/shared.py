@@ -6,7 +6,7 @@ import sympy as sp
 
 from haptid.model.equations.equations import State
 from haptid.model.equations.joint_parameters import Row
-from haptid.model.friction.law import Levels, Sliding, Symbols
+from haptid.model.friction.law import FALL, Levels, Sliding, Symbols
 from haptid.model.thresholds import THRESHOLDS
 
 STIFFNESS = Row(
@@ -59,16 +59,11 @@ COULOMB = Row(
     upper=1e3,
     structured="friction.Fc",
 )
-REST = sp.Float(1e-12)
-"""Added to (v/vs)² where a Stribeck curve has another exponent than 2."""
 BRISTLE = State(id="z", unit="rad", description="bristle deflection", nominal=1e-3, structured="friction.bristle")
 
 
 def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
-    """Write the Stribeck curve g(v) = Fc + (Fs − Fc)·exp(−|v/vs|^δ), where δ is 2 unless an effect sets it.
-
-    Bo and Pavelescu (1982) fit δ between 0.5 and 2, Armstrong-Hélouvry (1991) larger ones. Its slope is infinite at
-    rest where δ < 1, so a speed of vs/10⁶ is added in the square: |v/vs|^δ = ((v/vs)² + 10⁻¹²)^(δ/2).
+    """Write the Stribeck curve g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²), or with another argument that an effect sets.
 
     Parameters
     ----------
@@ -87,10 +82,10 @@ def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
     a = levels or Levels()
     coulomb, stiction = p["Fc"] * a.coulomb * a.kinetic, p["Fs"] * a.coulomb
     seen = v if a.stribeck_velocity is None else a.stribeck_velocity
-    squared = (seen / p["vs"]) ** 2
-    if a.stribeck_exponent is not None:
-        squared = sp.exp(a.stribeck_exponent / 2 * sp.log(squared + REST))
-    return a.friction * (coulomb + (stiction - coulomb) * sp.exp(-squared))
+    fall = (seen / p["vs"]) ** 2
+    if a.stribeck_argument is not None:
+        fall = a.stribeck_argument.xreplace({FALL: fall})
+    return a.friction * (coulomb + (stiction - coulomb) * sp.exp(-fall))
 
 
 def guess_presliding(s: Sliding) -> dict[str, float]:

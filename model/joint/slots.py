@@ -34,8 +34,8 @@ class Terms:
         Factors for the friction law, as in `model.effects.effect.Effect`.
     stribeck_velocity
         Speed in the Stribeck curve [rad/s].
-    stribeck_exponent
-        Power of the speed in the Stribeck curve; None where no effect changes it.
+    stribeck_argument
+        Argument of the exponential in the Stribeck curve; None where no effect changes it.
     inertia_factor
         Factor m(q) on the inertia.
     time_rate
@@ -53,7 +53,7 @@ class Terms:
     kinetic_level: sp.Expr = sp.S.One
     viscous_level: sp.Expr = sp.S.One
     stribeck_velocity: sp.Expr = sym.v
-    stribeck_exponent: sp.Expr | None = None
+    stribeck_argument: sp.Expr | None = None
     inertia_factor: sp.Expr = sp.S.One
     time_rate: sp.Expr = sp.S.One
     states: tuple[EffectState, ...] = ()
@@ -77,14 +77,14 @@ class Terms:
 
     @property
     def levels(self) -> Levels:
-        """Factors, Stribeck speed and exponent for the friction law."""
+        """Factors, Stribeck speed and argument for the friction law."""
         return Levels(
             friction=self.friction_level,
             coulomb=self.coulomb_level,
             kinetic=self.kinetic_level,
             viscous=self.viscous_level,
             stribeck_velocity=self.stribeck_velocity,
-            stribeck_exponent=self.stribeck_exponent,
+            stribeck_argument=self.stribeck_argument,
         )
 
 
@@ -105,7 +105,7 @@ def _add(terms: Terms, effect: Effect) -> Terms:
         kinetic_level=terms.kinetic_level * (effect.kinetic_level or one).subs(sym.w, terms.w),
         viscous_level=terms.viscous_level * (effect.viscous_level or one),
         stribeck_velocity=effect.stribeck_velocity if effect.stribeck_velocity is not None else terms.stribeck_velocity,
-        stribeck_exponent=effect.stribeck_exponent if effect.stribeck_exponent is not None else terms.stribeck_exponent,
+        stribeck_argument=effect.stribeck_argument if effect.stribeck_argument is not None else terms.stribeck_argument,
         inertia_factor=terms.inertia_factor * (effect.inertia_factor or one),
         time_rate=terms.time_rate * (effect.time_rate or one),
         states=terms.states + states,

@@ -107,6 +107,19 @@ def test_a_rival_of_the_catalogue_that_fits_as_well_need_not_earn_its_parameters
     assert [t.candidate.ids for t in found.rivals] == ([(key,)] if rival else [])
 
 
+@pytest.mark.parametrize(("worse", "rival"), [(9.0, True), (11.0, False)])
+def test_what_is_just_not_adequate_is_a_rival_by_its_criterion(
+    among_drifts: tuple[Searcher, Trial], worse: float, rival: bool
+) -> None:
+    s, start = among_drifts
+    best, other = (clean(start, s.entries[key], 1, bic) for key, bic in (("gain_drift", 0.0), ("cubic_spring", worse)))
+    other = replace(other, left_p=1e-4)
+    assert best.adequate
+    assert not other.adequate
+    found = Search(study=s.study, base=None, plain=start, scan=None, trials=(best, other), best=best)
+    assert found.rivals == ((other,) if rival else ())
+
+
 def test_variants_that_predict_as_well_are_no_rivals_but_may_be_the_truth_too(
     among_drifts: tuple[Searcher, Trial],
 ) -> None:
