@@ -24,7 +24,7 @@ from haptid.virtual_device.recording.inputs import rich
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.identification.bench_joint import TRUE
 
-LAGGING = ("friction_lag", "stribeck_shape", "coulomb_drift:kinetic")
+LAGGING = ("friction_lag", "stribeck_shape:exponent", "stribeck_shape:tail", "coulomb_drift:kinetic")
 """Entries that Dahl friction has no slots for."""
 
 
