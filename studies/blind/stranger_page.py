@@ -19,8 +19,9 @@ least a tenth of the noise counts as hidden: alone, the right verdict is `unlist
 (`friction_law`; `stribeck_shape` where the stranger's curve is no Gaussian); beside an effect, the effect has to be
 named all the same, and the kind of friction is passed over.
 
-Since 2026-11-26 haptid's Dahl law has the stranger's exponent, and its Maxwell-slip law as many springs, whose stiffness
-and limits fall as the stranger's do, though they stick and slip without a jump: for these two laws the classes are near.
+Since 2026-11-26 haptid's Dahl law has the stranger's exponent, and its Maxwell-slip law as many springs, whose
+stiffness and limits fall as the stranger's do, though they stick and slip without a jump: for these two laws the
+classes are near.
 
 Sizes: `large` cases hide nothing of which a refit leaves less than twice the noise; sizes are drawn from where it
 leaves a fifth of the noise to 0.6 of the motion, over the number of effects.
