@@ -35,11 +35,11 @@ static double friction_level(const Friction *f, double coulomb, double v) {
   return coulomb + (f->Fs - coulomb) * exp(-(v / f->vs) * (v / f->vs));
 }
 
-/* Share of element i in a sum that falls by `ratio` from one element to the next. */
-static double falling_share(double ratio, int i) {
+/* Shares of the elements in a sum that falls by `ratio` from one element to the next. */
+static void falling_shares(double ratio, double *share) {
   double total = 0;
-  for (int n = 0; n < ELEMENTS; n++) total += pow(ratio, -n);
-  return pow(ratio, -i) / total;
+  for (int i = 0; i < ELEMENTS; i++) total += share[i] = pow(ratio, -i);
+  for (int i = 0; i < ELEMENTS; i++) share[i] /= total;
 }
 
 /* Dry friction torque at a level, and the rates of all states. */
@@ -47,9 +47,11 @@ static double dry_friction(const Friction *f, double level, double v, const doub
   double sum = 0;
   for (int i = 0; i < ELEMENTS; i++) dx[i] = 0;
   if (f->law == MAXWELL_SLIP) {
+    double stiffness[ELEMENTS], limit[ELEMENTS];
+    falling_shares(f->spread, stiffness);
+    falling_shares(f->unevenness, limit);
     for (int i = 0; i < ELEMENTS; i++) {
-      double limit = falling_share(f->unevenness, i);
-      dx[i] = slip[i] == 0 ? f->sigma0 * falling_share(f->spread, i) * v : slip[i] * f->C * (limit - fabs(x[i]) / level);
+      dx[i] = slip[i] == 0 ? f->sigma0 * stiffness[i] * v : slip[i] * f->C * (limit[i] - fabs(x[i]) / level);
       sum += x[i];
     }
     return sum;
@@ -66,9 +68,11 @@ static double dry_friction(const Friction *f, double level, double v, const doub
 /* After a step: an element slips once its spring is at the limit, and sticks again when the speed has changed its sign. */
 static void decide_slip(const Friction *f, double level, double v, double *x, double *slip) {
   if (f->law != MAXWELL_SLIP) return;
+  double share[ELEMENTS];
+  falling_shares(f->unevenness, share);
   for (int i = 0; i < ELEMENTS; i++) {
     if (slip[i] != 0 && v * slip[i] < 0) slip[i] = 0;
-    double limit = level * falling_share(f->unevenness, i);
+    double limit = level * share[i];
     if (slip[i] == 0 && x[i] * sign(v) > limit) {
       slip[i] = sign(v);
       x[i] = slip[i] * limit;
