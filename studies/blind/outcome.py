@@ -110,6 +110,11 @@ class Outcome:
         """Whether the verdict is right."""
         return self.result in RIGHT
 
+    @property
+    def wrong_as_certain(self) -> bool:
+        """Whether the verdict tells names as certain that are not exactly what is hidden."""
+        return self.verdict == "named" and not self.right
+
     def as_json(self) -> dict[str, Any]:
         """Convert to an entry of the study's JSON.
 

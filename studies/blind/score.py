@@ -165,7 +165,7 @@ def outside(outcomes: Sequence[Outcome]) -> Row:
     """
     return {
         "flagged": share_of(outcomes, lambda o: o.result == "flagged"),
-        "confident_wrong_name": share_of(outcomes, lambda o: o.verdict == "named" and not o.right),
+        "confident_wrong_name": share_of(outcomes, lambda o: o.wrong_as_certain),
         "missed": share_of(outcomes, lambda o: o.result == "missed"),
     }
 

@@ -211,7 +211,7 @@ def _on_strangers(studies: Sequence[Study]) -> str:
     cases = _cases(studies)
     if not cases:
         return ""
-    wrong = share_of(cases, lambda o: o.verdict == "named" and not o.right)
+    wrong = share_of(cases, lambda o: o.wrong_as_certain)
     right = dict(verdict_rates(cases))["right verdicts"]
     return (
         f"On [a stranger's machine](docs/results/{file_of('', STRANGER)}), whose friction laws and disturbances follow "

@@ -201,10 +201,7 @@ def named_rates(cases: Sequence[Outcome]) -> list[tuple[str, Row]]:
         ("nothing hidden, correlated noise: something found", share_of(correlated, _is("false_alarm"))),
         ("scatter alone hidden: not right", share_of(scatter, lambda o: not o.right)),
         ("outside the catalogue: unlisted or ambiguous", share_of(outside, _is("flagged"))),
-        (
-            "outside the catalogue: a wrong name given as certain",
-            share_of(outside, lambda o: o.verdict == "named" and not o.right),
-        ),
+        ("outside the catalogue: a wrong name given as certain", share_of(outside, lambda o: o.wrong_as_certain)),
     ]
 
 
