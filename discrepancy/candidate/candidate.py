@@ -41,6 +41,8 @@ class Trial:
         loss of the criterion.
     at_bound
         Whether an amplitude ended at its bound.
+    nominal_excess
+        Excess of the nominal model over the stated noise, as `Prediction.excess` [1].
     refuted
         Whether the catalogue effect that scored against it has been fitted, as all others, and has not earned its
         place.
@@ -54,6 +56,7 @@ class Trial:
     held_out: float = 0.0
     worth: float = np.inf
     at_bound: bool = False
+    nominal_excess: float = 0.0
     refuted: bool = False
 
     @property
@@ -100,10 +103,14 @@ class Trial:
         """Whether the tests that need no scores of the catalogue find nothing.
 
         A model discrepancy may be mistaken for correlated noise. Effects that explain it leave no more than the stated
-        noise, so a model with effects must not exceed it.
+        noise, so a model with effects must not exceed it, but for next to nothing of what the nominal model leaves: a
+        stated noise may be off, or may leave out what is correlated.
         """
-        prediction = self.candidate.prediction
-        as_stated = prediction.excess <= THRESHOLDS.candidate.largest_excess_over_stated_noise
+        prediction, limits = self.candidate.prediction, THRESHOLDS.candidate
+        most = max(
+            limits.largest_excess_over_stated_noise, limits.largest_share_of_nominal_excess * self.nominal_excess
+        )
+        as_stated = prediction.excess <= most
         explained = not self.solution.effects or as_stated
         return self.left.p > THRESHOLDS.candidate.lack_p_value and prediction.noise_alone and explained
 

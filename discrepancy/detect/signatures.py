@@ -115,7 +115,14 @@ def _has_grid_of_amplitudes(effect: Effect) -> bool:
     return bool({id for id, _ in effect.shapes} & {x.id for x in effect.parameters[: effect.amplitudes]})
 
 
-def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
+def entry_columns(
+    study: Study,
+    solution: Solution,
+    effect: Effect,
+    *,
+    gain: float = 0.0,
+    share: float = THRESHOLDS.detect.share_of_typical_amplitude,
+) -> tuple[list[tuple[dict[str, float], ...]], Array]:
     """Simulate the signatures of one catalogue effect.
 
     Parameters
@@ -126,6 +133,10 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
         Fitted model, about which the readings change.
     effect
         Effect in SI units.
+    gain
+        Observer gain [1/s], under which the readings change.
+    share
+        Share of the typical amplitude at which the change is taken [1].
 
     Returns
     -------
@@ -135,14 +146,15 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     """
     simulator = study.sketcher((*solution.effects, effect))
     grid = shapes(effect)
-    share = 1.0 if _has_grid_of_amplitudes(effect) else THRESHOLDS.detect.share_of_typical_amplitude
+    share = 1.0 if _has_grid_of_amplitudes(effect) else share
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
     sets = [{}, *(values | {a: share * values[a] for a in amplitudes} for point in grid for values in point)]
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
     theta = np.array([_parameters(simulator, solution, neutral | values) for values in sets])
     stacked = []
     for run, x0 in zip(study.fitted, solution.x0, strict=True):
-        y = simulator.simulate_many(theta, run, x0=_start(simulator, solution, run, x0)) / run.sensor_std
+        start = _start(simulator, solution, run, x0)
+        y = simulator.simulate_many(theta, run, x0=start, gain=gain) / run.sensor_std
         stacked.append((y[1:] - y[0]).reshape(len(sets) - 1, -1).T / share)
     return grid, np.concatenate(stacked)
 
@@ -165,7 +177,13 @@ def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float])
 
 
 def signatures(
-    study: Study, solution: Solution, entries: Sequence[Effect], count: Callable[[int], None] = lambda _: None
+    study: Study,
+    solution: Solution,
+    entries: Sequence[Effect],
+    count: Callable[[int], None] = lambda _: None,
+    *,
+    gain: float = 0.0,
+    share: float = THRESHOLDS.detect.share_of_typical_amplitude,
 ) -> Signatures:
     """Simulate the signatures of all effects.
 
@@ -179,13 +197,19 @@ def signatures(
         Effects in SI units, none of them random.
     count
         Told how many effects are simulated.
+    gain
+        Observer gain [1/s], under which the readings change.
+    share
+        Share of the typical amplitude at which the change is taken [1].
 
     Returns
     -------
     Signatures
         Signatures without the shapes whose simulation diverged.
     """
-    taken = map_threads(lambda e: entry_columns(study, solution, e), entries, threads=2, count=count)
+    taken = map_threads(
+        lambda e: entry_columns(study, solution, e, gain=gain, share=share), entries, threads=2, count=count
+    )
     points, blocks, column = [], [], 0
     for effect, (grid, raw) in zip(entries, taken, strict=True):
         at = 0

@@ -29,6 +29,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.verdict.stability import Stretches, stability_of
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
 from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.exchange.discrepancy_json import VERDICTS
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
@@ -149,7 +150,7 @@ def find(
     refitted = None
     best, plain = found.best.candidate, found.before.candidate
     # A surrogate must not reach the users' model, so no FMU is built for an unlisted verdict.
-    if (best.solution.effects or found.law) and judgement.verdict in ("named", "ambiguous"):
+    if (best.solution.effects or found.law) and judgement.verdict in VERDICTS:
         tell("FMU and refit")
         refitted = refit(study, found, best.solution.effects, kind)
     before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)

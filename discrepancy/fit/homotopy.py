@@ -75,6 +75,32 @@ class Guided:
         pairs = zip(self.problem.simulator.equations.parameters, self.problem.theta(self.reached.x), strict=True)
         return {q.id: float(p) for q, p in pairs}
 
+    @property
+    def gain(self) -> float:
+        """Last gain that the fit has passed [1/s]; the highest before any."""
+        return GAINS[max(self.level - 1, 0)]
+
+    def linearised(self, effects: Sequence[Effect]) -> Solution:
+        """Return the fit with residual and Jacobian under its gain, about which signatures are taken.
+
+        Parameters
+        ----------
+        effects
+            Effects of the fit in SI units.
+
+        Returns
+        -------
+        Solution
+            Under white noise; its residual is what the observer leaves, not that of a free simulation.
+        """
+        problem, x = self.problem, self.reached.x
+        blocks = problem.blocks(x, self.gain)
+        return Solution(
+            effects=tuple(effects), noise=Noise(), equations=problem.simulator.equations, theta=problem.theta(x),
+            x0=problem.x0(x), problem=problem, x=x, raw=blocks, blocks=blocks,
+            log_likelihood=-float(blocks.residual @ blocks.residual) / 2.0, calls=1, converged=self.reached.converged,
+        )  # fmt: skip
+
     def down_to(
         self,
         level: int,

@@ -114,7 +114,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)
-        if agreeing([s.chi2 for s in found], study.rows) >= THRESHOLDS.fit.starts_that_agree:
+        if _are_enough([s.chi2 for s in found], study.rows):
             break
     if not found:
         msg = f"{study.title}: no start gave a finite simulation; check units, bounds and first guesses"
@@ -122,6 +122,13 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
     costs = tuple(s.chi2 for s in found)
     best = min(found, key=lambda s: s.chi2)
     return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
+
+
+def _are_enough(costs: Sequence[float], rows: int) -> bool:
+    """Say whether the starts agree, or whether all leave so much that a model without its missing effect is stuck."""
+    limits = THRESHOLDS.fit
+    far = min(costs, default=0.0) > limits.least_energy_of_hopeless_starts * rows
+    return agreeing(costs, rows) >= limits.starts_that_agree or (far and len(costs) >= limits.most_hopeless_starts)
 
 
 def _refine_carried_fit(study: Study, carried: Fit) -> Solution:

@@ -30,13 +30,17 @@ from haptid.discrepancy.fit.nominal_fit import Base, fit_base
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins, without_each
 from haptid.discrepancy.search.contenders import fit_contenders
-from haptid.discrepancy.search.friction_laws import OtherLaw, other_laws
+from haptid.discrepancy.search.dominance import closes_most, dominant
+from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, other_laws
+from haptid.discrepancy.search.observer_laws import Led, lead_on
+from haptid.discrepancy.search.observer_search import begin_under_observer, release_leads
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
+from haptid.model.friction.registry import MISSING
 from haptid.noise.correlation import Colour, Noise
 from haptid.support.listener import Progress, ignore_progress
 
@@ -70,6 +74,8 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ign
     """
     study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
     begun = _begin(study, base, tell)
+    if not begun.start.adequate and begun.white.chi2 > THRESHOLDS.search.least_energy_for_observer * study.rows:
+        return _search_under_observer(begun, tell)
     others = other_laws(study, begun.start, begun.white, tell) if study.alone and not begun.start.adequate else ()
     if not others:
         return _finish(begun, tell)
@@ -81,6 +87,30 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ign
     again = _instead(others[0], begun.start, tell)
     better = again.best.adequate or again.best.candidate.criterion < found.best.candidate.criterion
     return _with_cost_of(found, again) if better else _with_cost_of(again, found)
+
+
+def _search_under_observer(begun: _Begun, tell: Progress) -> Search:
+    """Search where the nominal model is far from noise: first under the observer, then freely from what it led to."""
+    s = begun.searcher
+    led = lead_on(s, begin_under_observer(s, begun.white), begun.white)
+    if led.law is None:
+        return _finish(replace(begun, led=led), tell)
+    tell(f"search under the friction law {led.law}")
+    other = law_from(begun.study, begun.start, begun.white, led.law, led.nominal)
+    again = replace(_begin(other.study, other.base, tell), led=led)
+    again.searcher.simulations += s.simulations
+    if not led.leads and not again.start.adequate and closes_most(again.start, begun.start):
+        tell(f"nothing comes near the friction law {led.law}")
+        return _law_alone(again, begun.start)
+    return replace(_finish(again, tell), asked=begun.start)
+
+
+def _law_alone(begun: _Begun, asked: Trial) -> Search:
+    """End with a friction law that closes most of the gap, beside which no effect takes a share of what it leaves."""
+    return Search(
+        study=begun.study, base=begun.base, plain=begun.start, scan=begun.first, trials=(), best=begun.start,
+        simulations=begun.searcher.simulations, standing=(MISSING,), asked=asked,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +129,8 @@ class _Begun:
         Tools of the search.
     first
         Scores of the catalogue at the nominal model.
+    led
+        Where a search under the observer led; None without one.
     """
 
     study: Study
@@ -107,6 +139,7 @@ class _Begun:
     start: Trial
     searcher: Searcher
     first: Scan
+    led: Led | None = None
 
 
 def _begin(study: Study, base: Base, tell: Progress) -> _Begun:
@@ -115,7 +148,9 @@ def _begin(study: Study, base: Base, tell: Progress) -> _Begun:
     entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
     tell("tests of the nominal model")
-    start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
+    nominal = score_candidate(study, plain, plain.calls)
+    s.nominal_excess = nominal.prediction.excess
+    start = s.on_its_path(s.trial(nominal))
     return _Begun(study=study, base=base, white=white, start=start, searcher=s, first=first)
 
 
@@ -234,15 +269,18 @@ def _search_from(begun: _Begun, known: Search | None = None) -> tuple[Search, Se
         and not start.adequate
         and known.best.candidate.criterion < start.candidate.criterion - THRESHOLDS.candidate.least_gain_in_criterion
     ):
-        trials, best = known.trials, known.best
+        trials, best, standing = known.trials, known.best, known.standing
         less = known.less if len(known.less) > 1 else dict.fromkeys(known.less, start.candidate)
     else:
-        made, best = _forward(s, start, begun.white, begun.first)
-        best, less, more = exchange_effects(s, best, start)
-        trials = (*made, *more)
+        made, best, standing = _forward_from_leads(s, start, begun)
+        if standing:
+            less, trials = without_each(s, best, start), tuple(made)
+        else:
+            best, less, more = exchange_effects(s, best, start)
+            trials = (*made, *more)
     result = Search(
         study=study, base=begun.base, plain=start, scan=begun.first, trials=trials, best=best, less=less,
-        simulations=s.simulations, cut=s.cut,
+        simulations=s.simulations, cut=s.cut, standing=standing,
     )  # fmt: skip
     return result, s
 
@@ -263,7 +301,31 @@ def _at_finer_step(found: Search, finer: Closer, best: Trial) -> Search:
     )  # fmt: skip
 
 
-def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], Trial]:
+def _forward_from_leads(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Trial, tuple[str, ...]]:
+    """Fit freely what was reached under the observer; add effects one by one where that explains too little.
+
+    Returns
+    -------
+    trials, best, standing
+        All trials, the best of them and, where it leaves more than noise, the keys of its effects if no other effect
+        comes near them.
+    """
+    led, trials = begun.led, list[Trial]()
+    if led is not None and led.leads and not start.adequate:
+        trials = s.step(start.candidate, release_leads(s, led.leads), freed=True)
+        trials += prune_stand_ins(s, trials, start)
+        if not explains_all(trials) and (best := chosen(trials)) is not None and not best.left.far:
+            trials += s.step(best.candidate, s.ready(best.solution, THRESHOLDS.search.most_effects_continued))
+        best = chosen(trials)
+        if best is not None and explains_all(trials):
+            return trials, best, ()
+        if best is not None and (stands := dominant(s, led.at, best, start)) is not None:
+            return [*trials, stands], stands, tuple(e.key for e in stands.solution.effects)
+    made, best = _forward(s, start, begun)
+    return [*trials, *made], chosen([t for t in trials if t.adequate]) or best, ()
+
+
+def _forward(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Trial]:
     """Add effects until a model is adequate or no effect has earned its place; begin under white noise.
 
     A large discrepancy may be mistaken for correlated noise or for scatter. So the noise of every candidate is
@@ -273,7 +335,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     # still explain the same with less.
     if start.adequate and start.solution.noise == Noise():
         return [], start
-    trials, leads = _first_step(s, start, white, first)
+    trials, leads = _first_step(s, start, begun.white, begun.first)
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while (

@@ -12,7 +12,7 @@ catalogue leaves noise alone beside the wrong law. So the other laws are fitted 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from haptid.discrepancy.candidate.candidate import Trial
@@ -112,7 +112,7 @@ def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | No
     """Fit one law; None where it explains hardly more than the law of the study."""
     other = under_law(study, law, white.values)
     budget = THRESHOLDS.search.simulations_of_a_start_under_other_law
-    begun = [solve(other, (), Noise(), values, iterations=budget) for values in _starts(other, white)]
+    begun = [solve(other, (), Noise(), values, iterations=budget) for values in starts_under_law(other, white)]
     best = likeliest(*begun)
     least = max(
         THRESHOLDS.search.least_gain_under_other_law_chi2,
@@ -120,9 +120,39 @@ def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | No
     )
     if not best.finite or white.chi2 - best.chi2 < least:
         return None
+    return _to_the_end(study, start, white, other, best, sum(one.calls for one in begun))
+
+
+def law_from(study: Study, start: Trial, white: Solution, law: str, values: Mapping[str, float]) -> OtherLaw:
+    """Fit the nominal model under one other friction law, whatever it gains there.
+
+    Parameters
+    ----------
+    study
+        Study of one joint alone.
+    start
+        Nominal model under its own noise, with the law of the study.
+    white
+        The same under white noise.
+    law
+        Id of the other law.
+    values
+        Parameters by id at which the fit begins.
+
+    Returns
+    -------
+    OtherLaw
+    """
+    other = under_law(study, law, white.values)
+    begun = solve(other, (), Noise(), values, iterations=THRESHOLDS.search.simulations_of_a_start_under_other_law)
+    return _to_the_end(study, start, white, other, begun, begun.calls)
+
+
+def _to_the_end(study: Study, start: Trial, white: Solution, other: Study, best: Solution, calls: int) -> OtherLaw:
+    """Fit the nominal model under another law to the end, and judge it."""
     other = at_step(other, step_for(other, best, share=THRESHOLDS.detect.step_error_share_of_excess))
     solution = solve(other, (), Noise(), best.values, x0=best.x0)
-    calls = sum(one.calls for one in begun) + solution.calls
+    calls += solution.calls
     candidate = settle(other, (), solution)
     trial = Trial(candidate=candidate, left=omnibus(other, candidate.solution)).against(start.candidate)
     base = Base(solution=solution, costs=(solution.chi2,), reached=1, calls=calls + candidate.calls)
@@ -133,8 +163,21 @@ def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | No
     return OtherLaw(study=other, base=base, passes=passes, simpler=explains and fewer)
 
 
-def _starts(other: Study, white: Solution) -> Iterator[dict[str, float]]:
-    """Yield start values by id; what a start leaves out begins at its first guess."""
+def starts_under_law(other: Study, white: Solution) -> Iterator[dict[str, float]]:
+    """Yield start values of a nominal model under another friction law.
+
+    Parameters
+    ----------
+    other
+        Study under that law.
+    white
+        Nominal model under the law of the study.
+
+    Yields
+    ------
+    dict
+        Parameters by id; what a start leaves out begins at its first guess.
+    """
     law, known = law_named(other.base.friction[0]), white.values
     own = [q for q in other.base.parameters if q.id in law.ids and q.id not in known]
     smaller = THRESHOLDS.search.smaller_start_divisor

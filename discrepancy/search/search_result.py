@@ -42,6 +42,8 @@ class Search:
         Number of runs simulated in fits, without those that linearise about the amplitudes of cycles.
     cut
         Whether combinations of effects were left out because the effort was spent.
+    standing
+        Keys of the best trial's effects where it leaves more than noise, but no other effect comes near them.
     asked
         Nominal model under the friction law that was asked for, where that of ``study`` took its place.
     """
@@ -56,6 +58,7 @@ class Search:
     contenders: tuple[Trial, ...] = ()
     simulations: int = 0
     cut: bool = False
+    standing: tuple[str, ...] = ()
     asked: Trial | None = None
 
     @property

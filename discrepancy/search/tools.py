@@ -69,6 +69,8 @@ class Searcher:
         Keys of the effects on top of which the whole catalogue, and not only its few best scores, has been tried.
     cut
         Whether combinations of effects were left out because the effort was spent.
+    nominal_excess
+        Excess of the nominal model over the stated noise, as `Prediction.excess` [1].
     """
 
     study: Study
@@ -80,6 +82,7 @@ class Searcher:
     finished: dict[frozenset[str], list[Trial]] = field(default_factory=dict)
     extended: set[frozenset[str]] = field(default_factory=set)
     cut: bool = False
+    nominal_excess: float = 0.0
 
     def is_over(self) -> bool:
         """Say whether the effort of the study is spent; if so, record that combinations are left out.
@@ -129,7 +132,10 @@ class Searcher:
         self.simulations += candidate.calls * len(self.study.fitted)
         solution = candidate.solution
         wald, at_bound = significance(solution)
-        judged = Trial(candidate=candidate, left=omnibus(self.study, solution), worth=wald, at_bound=at_bound)
+        judged = Trial(
+            candidate=candidate, left=omnibus(self.study, solution), worth=wald, at_bound=at_bound,
+            nominal_excess=self.nominal_excess,
+        )  # fmt: skip
         # The tests go from cheap to dear. Each is made only where those before it find nothing, since one finding is
         # enough; parameter constancy comes last because it fits all runs anew.
         if judged.passes:

@@ -106,7 +106,7 @@ class TwoStep:
             return rough
         return replace(rough, y=self.fine.simulate(theta, run, x0=x0, gain=gain).y)
 
-    def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None) -> Array:
+    def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0) -> Array:
         """Simulate one run for many parameter sets at the inner step `signature_step_s`.
 
         Parameters
@@ -117,13 +117,15 @@ class TwoStep:
             Run whose torque drives the joint.
         x0
             Initial state, shape (n_x,).
+        gain
+            Observer gain [1/s].
 
         Returns
         -------
         ndarray
             Readings [rad], shape (n_sets, n_t, n_y).
         """
-        return self.coarse.with_step(THRESHOLDS.study.signature_step_s).simulate_many(thetas, run, x0=x0)
+        return self.coarse.with_step(THRESHOLDS.study.signature_step_s).simulate_many(thetas, run, x0=x0, gain=gain)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,8 @@ class CandidateThresholds:
     What chance explains is taken off before. A model discrepancy may pass for correlated noise: a friction lag that was
     left out of the catalogue was named as two other effects, and the rest was taken for noise.
     """
+    largest_share_of_nominal_excess: float = 0.005
+    """The same as a share of the excess that the nominal model has [1]; the larger of the two limits holds."""
     least_own_squared_sine: float = 1e-4
     """Squared sine of the angle to the tangent space of the fit below which a direction does not count as a run's own
     [1]."""

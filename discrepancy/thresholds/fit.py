@@ -17,8 +17,13 @@ class FitThresholds:
     """Number of starts that must reach the best minimum before the remaining ones are left out."""
     equal_minima_chi2: float = 1.0
     """Difference of two costs ‖r‖² that count as one minimum, in squares over the noise [1]."""
-    equal_minima_excess_share: float = 1e-3
+    equal_minima_excess_share: float = 1e-2
     """The same as a share of the cost beyond noise [1]; the larger of the two limits holds."""
+    most_hopeless_starts: int = 4
+    """Number of starts after which no more are tried where all of them leave far more than noise."""
+    least_energy_of_hopeless_starts: float = 25.0
+    """Mean square of the residual over the noise that counts as far more [1]: where so much is missing, no minimum of
+    the nominal model is the right one."""
     rough_tolerance_chi2: float = 1.0
     """Predicted decrease of ‖r‖², in squares over the noise, at which a preliminary fit ends [1]."""
     most_simulations_of_gain: int = 25

@@ -79,6 +79,35 @@ class SearchThresholds:
     In a study of pairs the missing effect scored first beside every leading fit that held a real one.
     """
 
+    # Step 10, large effects under the observer.
+    least_energy_for_observer: float = 4.0
+    """Mean square of the nominal model's residual over the stated noise from which effects are searched under the
+    observer [1]: twice the noise is left."""
+    share_of_amplitude_under_observer: float = 0.3
+    """Share of the typical amplitude at which signatures are taken under the observer [1]: what is missing is large."""
+    most_refits_under_observer: int = 4
+    """Number of best scores that are refitted under the observer in each round, beside the rivals of the best one."""
+    least_score_share_under_observer: float = 0.3
+    """Share of the best score below which none is refitted [1]."""
+    least_share_under_observer: float = 0.05
+    """Share of the excess ‖r‖² under the observer that an effect has to take to be added [1]."""
+    least_share_of_all_under_observer: float = 0.005
+    """The same as a share of the nominal model's excess [1]: what is left beside effects whose formulas are only near
+    those of the machine is not searched on."""
+    most_effects_under_observer: int = 4
+    """Largest number of effects that are chosen under the observer."""
+    largest_left_of_noise_under_observer: float = 1.3
+    """Residual over the stated noise up to which a model is not searched under another friction law [1]: a stated noise
+    may be off by as much."""
+    largest_excess_over_replacement: float = 0.25
+    """Excess ‖r‖² of a model under the observer over that with the best other effect in the place of one, up to which
+    that one stands out [1]."""
+    largest_share_left_by_names: float = 0.06
+    """Largest share of the nominal model's mean square on held-out runs that a model may leave whose names stand though
+    it leaves more than noise [1]: three quarters of the gap are closed."""
+    largest_excess_of_near_lead: float = 1.5
+    """Excess ‖r‖² of a model over that of the best one, up to which its observer is released too [1]."""
+
     # Step 10, one more.
     most_effects_begun_on_effect: int = 20
     """Number of effects that are begun on top of an effect: by then the scores of the catalogue can be trusted as a

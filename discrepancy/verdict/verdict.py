@@ -34,8 +34,8 @@ from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import MISSING
 from haptid.noise.correlation import Scatter
 
-Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
-"""The four verdicts of INTERFACES."""
+Verdict = Literal["nothing_missing", "named", "partly_named", "ambiguous", "unlisted"]
+"""The verdicts of INTERFACES."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +67,7 @@ class Judgement:
     Parameters
     ----------
     verdict
-        One of the four verdicts.
+        One of the verdicts.
     effects
         Effects of the best model, nearest surrogates where the verdict is unlisted.
     alternatives
@@ -106,14 +106,16 @@ def judge(study: Study, found: Search) -> Judgement:
     verdict, fine, solution = verdict_of(found), study, found.best.solution
     errors = of_curvature(solution)
     nothing: tuple[str, ...] = ()
-    if verdict in ("named", "ambiguous"):
+    if verdict in ("named", "partly_named", "ambiguous"):
         fine, at_first = finer(study, solution)
         solution, errors = standard_errors(fine, at_first, solution)
     # The search judges amplitudes by the curvature. The standard errors over all minima come only here, and may show
     # that the data do not hold the amplitude.
-    if verdict == "named" and (nothing := untold(solution, errors, study.rows)):
+    if verdict in ("named", "partly_named") and (nothing := untold(solution, errors, study.rows)):
         verdict = "unlisted"
     effects = named_effects(found, solution, errors)
+    if verdict == "partly_named":  # a scatter may then stand for what has no name
+        effects = tuple(e for e in effects if e.key not in solution.random)
     rivals = found.rivals if verdict == "ambiguous" else ()
     proposal = _proposal(fine, solution, found, rivals) if rivals and study.alone else None
     return Judgement(
@@ -160,11 +162,12 @@ def verdict_of(found: Search) -> Verdict:
     Returns
     -------
     Verdict
-        ``unlisted``, ``nothing_missing``, ``named`` or ``ambiguous``.
+        ``unlisted``, ``nothing_missing``, ``named``, ``partly_named`` or ``ambiguous``.
 
     Notes
     -----
-    1. A best model that is not adequate is unlisted: something real is missing that no catalogue effect explains.
+    1. A best model that is not adequate is unlisted: something real is missing that no catalogue effect explains. Where
+       its effects close most of the gap and no other effect comes near them, it is partly named.
     2. An adequate model without effects means that nothing is missing, or only the friction law that it has.
     3. Several names are unlisted where one of them has little evidence, or where two are powers of one variable: they
        are terms of a series that follows any smooth curve.
@@ -174,6 +177,8 @@ def verdict_of(found: Search) -> Verdict:
     6. Otherwise the effects are named, or ambiguous where rivals predict as well.
     """
     keys = found.best.solution.keys
+    if not found.best.adequate and found.standing:
+        return "partly_named"
     weak = len(keys) > 1 and min(map(found.evidence, keys)) < THRESHOLDS.verdict.least_evidence_of_each_name
     if not found.best.adequate or weak or len(_powers(found)) > 1 or found.beaten_by is not None:
         return "nothing_missing" if _is_hardly_seen(found) else "unlisted"
@@ -358,6 +363,8 @@ def _sentence(
         return "Nothing is missing: what is left between simulation and measurement is noise."
     if verdict == "named":
         return f"Missing in the model: {names}."
+    if verdict == "partly_named":
+        return f"Missing in the model: {names}; beside it, something smaller that no entry of the catalogue explains."
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(_with_title(id, r, found) for id in r.candidate.ids) for r in rivals)
         if proposal is None:

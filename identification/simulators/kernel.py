@@ -126,8 +126,10 @@ class KernelSimulator:
         inputs, linear = observer_inputs(run, 0.0, rows), observer_hold(run)
         return self.kernel.simulate_through(run.t[rows], inputs, theta, x, linear=linear, step=self.step)
 
-    def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, threads: int = 1) -> Array:
-        """Simulate a run freely for many parameter sets.
+    def simulate_many(
+        self, thetas: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, threads: int = 1
+    ) -> Array:
+        """Simulate a run for many parameter sets.
 
         Parameters
         ----------
@@ -137,6 +139,8 @@ class KernelSimulator:
             Run whose torques drive the simulation.
         x0
             Initial state of all sets, shape (n_x,), or of each, shape (n_sets, n_x); `initial_state` where None.
+        gain
+            Observer gain L [1/s]; 0 simulates freely.
         threads
             Number of threads that share the sets.
 
@@ -147,5 +151,5 @@ class KernelSimulator:
         """
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
         starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
-        inputs, linear = observer_inputs(run, 0.0), observer_hold(run)
+        inputs, linear = observer_inputs(run, gain), observer_hold(run)
         return self.kernel.simulate_many(run.t, inputs, thetas, starts, linear=linear, threads=threads, step=self.step)

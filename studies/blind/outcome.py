@@ -183,6 +183,8 @@ def _result(
         return "nothing_rightly" if verdict == "nothing_missing" else "false_alarm"
     if verdict in ("nothing_missing", "named"):
         return "missed" if verdict == "nothing_missing" else _named(truth, names)
+    if verdict == "partly_named":  # says that something more is missing, so that even the right names are not all right
+        return "named_in_part" if names & truth else "wrong_name"
     if outside or verdict == "unlisted":
         return "flagged" if outside else "unnamed"
     return "among_alternatives" if any(truth == set(a) for a in alternatives) else "wrong_alternatives"

@@ -8,6 +8,8 @@ The table of kinds, `studies.hidden.kinds`, and these rules were written down be
 2. Beside an effect, such a law changes nothing of what is right: the kinds that are hidden have to be named, and no
    other but the kind of friction.
 3. Where the law leaves next to nothing, the kind of friction is neither asked for nor wrong.
+4. A verdict that names in part, and says that something smaller is left, is right where its names are those kinds: the
+   formulas of the machine are not the catalogue's, and something is left. With other names it is as wrong as any.
 
 The intervals of parameters are not scored, for the formulas differ.
 """
@@ -64,11 +66,27 @@ def in_kinds(label: Mapping[str, Any]) -> dict[str, Any]:
         Label for `score_case`: the first name of each kind, a kind of case that says whether the friction law shows,
         and no parameters to be covered.
     """
-    effects, outside = [KINDS[name][0] for name in label["effects"]], list(label["outside"])
+    effects, outside = label["effects"], label["outside"]
     kind = str(label["kind"])
     if outside:
         kind = f"{kind} beside another friction law" if effects else "unlisted"
-    return {**label, "effects": effects or outside, "kind": kind, "hidden": {}}
+    return {**label, "effects": kinds_of_label(label), "kind": kind, "hidden": {}}
+
+
+def kinds_of_label(label: Mapping[str, Any]) -> list[str]:
+    """Return the names that are right for a case.
+
+    Parameters
+    ----------
+    label
+        Label of a case of the stranger.
+
+    Returns
+    -------
+    list of str
+        The first name of each kind that is hidden; the friction law where nothing else is.
+    """
+    return [KINDS[name][0] for name in label["effects"]] or list(label["outside"])
 
 
 def _found_in_kinds(found: Mapping[str, Any] | None, label: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -85,8 +103,10 @@ def _found_in_kinds(found: Mapping[str, Any] | None, label: Mapping[str, Any]) -
     named = [{**e, "id": kind(e["id"])} for e in found["effects"]]
     effects = [e for e in named if asked or e["id"] != LAW]
     verdict = found["verdict"]
-    if named and not effects and verdict in ("named", "ambiguous"):
+    if named and not effects and verdict in ("named", "partly_named", "ambiguous"):
         verdict = "nothing_missing"
+    if verdict == "partly_named" and {e["id"] for e in effects} == set(kinds_of_label(label)):
+        verdict = "named"
     sets = ({kind(id) for id in a["ids"]} for a in found["alternatives"])
     alternatives = [{"ids": sorted(ids if asked else ids - {LAW})} for ids in sets]
     return {**found, "verdict": verdict, "effects": effects, "alternatives": alternatives}

@@ -1,0 +1,145 @@
+"""Compare friction laws under the observer: `Study` and its leads in, the law with its leads out.
+
+Another friction law is judged as an effect is: by what it leaves under the observer, alone and beside the effects that
+were chosen under the law of the study. A law that leaves far less takes the place of the law of the study.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.search.friction_laws import starts_under_law
+from haptid.discrepancy.search.observer_search import Lead, UnderObserver, extend_lead, fit_lead, follow_leads
+from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.study.under_law import under_law
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.model.friction.registry import laws
+
+MOST = THRESHOLDS.search.simulations_of_a_start_under_other_law
+"""Largest number of simulations of all runs under each gain, for a law that is only compared."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Led:
+    """Where the search under the observer leads.
+
+    Parameters
+    ----------
+    law
+        Id of the friction law; None for the law of the study.
+    at
+        Nominal model under that law and signatures, under the observer.
+    leads
+        Models whose observer is worth to be released, best first; none where only the law is missing.
+    """
+
+    law: str | None
+    at: UnderObserver
+    leads: tuple[Lead, ...]
+
+    @property
+    def nominal(self) -> Mapping[str, float]:
+        """Parameters of the nominal model under that law, by id."""
+        return self.at.start.fit.values
+
+
+def lead_on(s: Searcher, at: UnderObserver, white: Solution) -> Led:
+    """Choose effects under the observer, and the friction law beside which they are chosen.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    at
+        Nominal model and signatures under the observer.
+    white
+        Fit of the nominal model, from which other laws take their first guesses.
+
+    Returns
+    -------
+    Led
+        With the law of the study where no other one leaves far less.
+
+    Notes
+    -----
+    1. Fit the best single effect and, where it leaves more than noise, the nominal model under every other law.
+    2. Where a law leaves far less than that effect, go on under it. Otherwise choose further effects.
+    3. Where these leave more than noise, fit the first effect, and all effects, beside every other law. Go on under the
+       one that leaves far less than the law of the study beside the same effects.
+    """
+    rows = at.study.rows
+    if not at.study.alone:
+        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start)))
+    single = min([at.start, *extend_lead(s, at, at.start)], key=lambda found: found.cost)
+    if single.over_noise(rows) < THRESHOLDS.search.largest_left_of_noise_under_observer:
+        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start)))
+    others = [_under(s, at, white, law) for law in laws() if law != at.study.base.friction[0]]
+    best = min(others, key=lambda other: other.at.start.cost)
+    if _leaves_far_less(best.at.start, single, rows):
+        return best.led(best.at.start)
+    rounds = follow_leads(s, at, at.start)
+    last = rounds[-1][0] if rounds else at.start
+    if rounds and last.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer:
+        beside = {found[0].name: found[0] for found in (rounds[0], rounds[-1])}.values()
+        pairs = [(other, known, other.beside(known)) for other in others for known in beside]
+        tried = [(fit, known, other) for other, known, fit in pairs if fit is not None]
+        fit, known, other = min(tried, key=lambda one: one[0].cost, default=(last, last, best))
+        if _leaves_far_less(fit, known, rows) and _leaves_far_less(fit, last, rows):
+            return other.led(fit)
+    return Led(law=None, at=at, leads=_worth_releasing(rounds))
+
+
+def _leaves_far_less(now: Lead, before: Lead, rows: int) -> bool:
+    return now.excess(rows) < THRESHOLDS.search.largest_excess_over_best_effect * before.excess(rows)
+
+
+def _worth_releasing(rounds: Sequence[Sequence[Lead]]) -> tuple[Lead, ...]:
+    """Return the models of the last round, and the one that it extends."""
+    return (*rounds[-1], *(found[0] for found in rounds[-2:-1])) if rounds else ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _OtherLaw:
+    """Another friction law under the observer.
+
+    Parameters
+    ----------
+    law
+        Its id.
+    searcher
+        Tools of the search under it.
+    at
+        Its nominal model, with the signatures of the effects that can act in it.
+    """
+
+    law: str
+    searcher: Searcher
+    at: UnderObserver
+
+    def beside(self, known: Lead) -> Lead | None:
+        """Fit the law beside the effects of a model; None where it lacks what an effect asks for."""
+        if any(e.key not in self.searcher.entries for e in known.effects):
+            return None
+        own = {q.id: known.fit.values[q.id] for e in known.effects for q in e.parameters}
+        return fit_lead(self.searcher, self.at.study, known.effects, self.at.start.fit.values | own, most=MOST)
+
+    def led(self, start: Lead) -> Led:
+        """Choose further effects under this law; the model at which this begins is released too."""
+        rounds = [[start], *follow_leads(self.searcher, self.at, start)]
+        leads = tuple(found for found in _worth_releasing(rounds) if found.effects)
+        return Led(law=self.law, at=self.at, leads=leads)
+
+
+def _under(s: Searcher, at: UnderObserver, white: Solution, law: str) -> _OtherLaw:
+    """Fit the nominal model under another law; the signatures of the law of the study serve for it."""
+    s.tell(f"friction law {law} under the observer")
+    study = under_law(at.study, law, white.values)
+    entries = {key: effect for key, effect in s.entries.items() if key in study.entries}
+    searcher = replace(s, study=study, entries=entries, simulations=0, finished={}, extended=set())
+    start = fit_lead(searcher, study, (), next(starts_under_law(study, white)), most=MOST)
+    s.simulations += searcher.simulations
+    points = tuple(point for point in at.found.points if point.key in entries)
+    there = replace(at, study=study, start=start, found=replace(at.found, points=points))
+    return _OtherLaw(law=law, searcher=searcher, at=there)

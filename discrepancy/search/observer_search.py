@@ -1,0 +1,287 @@
+"""Search for large effects under the observer: `Searcher` and nominal `Solution` in, leading fits out.
+
+Far from the truth a free simulation is bent in every parameter, and two effects hide each other. Under an observer that
+holds the simulation near the readings, the residual is nearly linear in effects of any size: what an effect has missed
+is forgotten after 1/L. So the catalogue can be scored there by linear least squares, and effects chosen one by one.
+
+1. Fit the nominal model under falling gains, down to the one at which effects are distinguishable, and simulate the
+   signatures of the catalogue there (`begin_under_observer`).
+2. Score the catalogue on the residual, and refit the effects of the best scores under that gain with everything else.
+   Take the best one, leave out what has become unnecessary, and repeat until no effect takes a share of the residual
+   (`follow_leads`).
+3. Release the observer (`release_leads`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from haptid.discrepancy.candidate.refit import start_values
+from haptid.discrepancy.detect.score_tests import Score, scan
+from haptid.discrepancy.detect.signatures import Signatures, signatures
+from haptid.discrepancy.fit.homotopy import Guided, hold_shapes, release_observer, start_under_observer
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.model.effects.effect import Effect
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lead:
+    """A model that was fitted under the observer.
+
+    Parameters
+    ----------
+    effects
+        Its effects in SI units.
+    fit
+        Its fit under the gain at which effects are distinguishable.
+    """
+
+    effects: tuple[Effect, ...]
+    fit: Guided
+
+    @property
+    def cost(self) -> float:
+        """‖r‖² under the observer, in squares over the noise."""
+        return self.fit.reached.cost
+
+    @property
+    def name(self) -> str:
+        """Keys of the effects."""
+        return "+".join(e.key for e in self.effects)
+
+    def over_noise(self, rows: int) -> float:
+        """Return the root mean square of the residual over the noise.
+
+        Parameters
+        ----------
+        rows
+            Number of scored residuals.
+
+        Returns
+        -------
+        float
+        """
+        return float(self.cost / rows) ** 0.5
+
+    def excess(self, rows: int) -> float:
+        """Return ‖r‖² beyond what noise alone leaves in ``rows`` residuals.
+
+        Parameters
+        ----------
+        rows
+            Number of scored residuals.
+
+        Returns
+        -------
+        float
+            At least 0.
+        """
+        return max(self.cost - rows, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnderObserver:
+    """What is searched under the observer in one study.
+
+    Parameters
+    ----------
+    study
+        Study at the coarse inner step.
+    start
+        Nominal model.
+    found
+        Signatures of the catalogue there. They serve beside effects and under other friction laws too: the simulation
+        stays near the readings, whatever the model.
+    excess
+        ‖r‖² beyond noise that the nominal model leaves there under the friction law that was asked for.
+    """
+
+    study: Study
+    start: Lead
+    found: Signatures
+    excess: float
+
+
+def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
+    """Fit the nominal model under the observer, and simulate the signatures of the catalogue there.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    nominal
+        Fit of the nominal model, where the fit begins.
+
+    Returns
+    -------
+    UnderObserver
+    """
+    study = s.side_by_side(THRESHOLDS.study.coarse_step_s)
+    start = fit_lead(s, study, (), nominal.values)
+    entries = list(s.entries.values())
+
+    def count(done: int) -> None:
+        s.tell("signatures under the observer", done, len(entries))
+
+    share = THRESHOLDS.search.share_of_amplitude_under_observer
+    found = signatures(study, start.fit.linearised(()), entries, count, gain=start.fit.gain, share=share)
+    s.simulations += found.simulations
+    return UnderObserver(study=study, start=start, found=found, excess=start.excess(study.rows))
+
+
+def follow_leads(s: Searcher, at: UnderObserver, before: Lead) -> list[list[Lead]]:
+    """Choose effects one by one under the observer.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    at
+        Study, nominal model and signatures.
+    before
+        Model that is extended.
+
+    Returns
+    -------
+    list of list of Lead
+        Models of every round, best first: the one that is extended, then those that come near it. No round where no
+        effect takes a share of the residual.
+    """
+    rows, rounds = at.study.rows, list[list[Lead]]()
+    while len(before.effects) < THRESHOLDS.search.most_effects_under_observer:
+        made = extend_lead(s, at, before)
+        if not made or not _takes_a_share(made[0], before, at):
+            break
+        now = _without_unneeded(s, at, made[0])
+        rounds.append([now, *(lead for lead in made[1:] if _comes_near(lead, made[0], rows))])
+        before = now
+        s.tell(f"{now.name} under the observer", figures=f"{now.over_noise(rows):.3g} times the noise is left")
+    return rounds
+
+
+def _takes_a_share(now: Lead, before: Lead, at: UnderObserver) -> bool:
+    """Say whether an effect takes enough of the excess before it, and of that of the nominal model."""
+    least = max(
+        THRESHOLDS.search.least_share_under_observer * before.excess(at.study.rows),
+        THRESHOLDS.search.least_share_of_all_under_observer * at.excess,
+        THRESHOLDS.candidate.least_gain_in_criterion,
+    )
+    return before.cost - now.cost > least
+
+
+def _comes_near(lead: Lead, best: Lead, rows: int) -> bool:
+    near = THRESHOLDS.search.largest_excess_of_near_lead * best.excess(rows)
+    return lead.excess(rows) <= max(near, best.excess(rows) + 2 * THRESHOLDS.search.rival_log_likelihood_gap)
+
+
+def fit_lead(
+    s: Searcher,
+    study: Study,
+    effects: tuple[Effect, ...],
+    values: Mapping[str, float],
+    most: int = THRESHOLDS.fit.most_simulations_of_gain,
+) -> Lead:
+    """Fit a model under falling gains, down to the one at which effects are distinguishable.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    study
+        Study at the coarse inner step.
+    effects
+        Effects in SI units.
+    values
+        Start values of parameters by id.
+    most
+        Largest number of simulations of all runs under one gain.
+
+    Returns
+    -------
+    Lead
+    """
+    held = effects and (*effects[:-1], hold_shapes(effects[-1], values))
+    begun = start_under_observer(study, held, values)
+    fit = begun.down_to(THRESHOLDS.search.gains_until_distinguishable, most)
+    s.simulations += fit.reached.calls * len(study.fitted)
+    return Lead(effects=effects, fit=fit)
+
+
+def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
+    """Refit a model with each of the effects that score best on its residual under the observer.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    at
+        Study and signatures.
+    before
+        Model that is extended.
+
+    Returns
+    -------
+    list of Lead
+        Models with one effect more, best first.
+    """
+    about = before.fit.linearised(before.effects)
+    scored = s.beside(about, scan(at.study, about, at.found, s.entries, tests=1.0))
+
+    def refit(score: Score) -> Lead:
+        effects = (*before.effects, s.entries[score.key])
+        values = before.fit.values | start_values(effects[-1], score.point, score.amplitude)
+        return fit_lead(s, at.study, effects, values)
+
+    made = s.map_all("effects under the observer", refit, list(_promising(s, scored)))
+    return sorted(made, key=lambda lead: lead.cost)
+
+
+def _without_unneeded(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:
+    """Leave out the effects that take no share beside the later ones: they stood in for them."""
+    for effect in lead.effects[:-1]:
+        fewer = fit_lead(s, at.study, tuple(e for e in lead.effects if e.id != effect.id), lead.fit.values)
+        if not _takes_a_share(lead, fewer, at):
+            lead = fewer
+    return lead
+
+
+def _promising(s: Searcher, scored: Sequence[Score]) -> Iterator[Score]:
+    """Yield the best scores, and those of the effects that are easily mistaken for the best one."""
+    by_T = sorted(scored, key=lambda score: -score.T)
+    if not by_T:
+        return
+    least = THRESHOLDS.search.least_score_share_under_observer * by_T[0].T
+    rivals = s.rivals(by_T[0].key)
+    for k, score in enumerate(by_T):
+        few = k < THRESHOLDS.search.most_refits_under_observer and least <= score.T
+        if few or s.entries[score.key].id in rivals:
+            yield score
+
+
+def release_leads(s: Searcher, leads: Sequence[Lead]) -> list[Solution]:
+    """Release the observer for models that were reached under it.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    leads
+        Models fitted under the observer.
+
+    Returns
+    -------
+    list of Solution
+        Free fits, best first by `Searcher.rank`.
+    """
+    study = s.side_by_side(THRESHOLDS.study.coarse_step_s)
+
+    def release(lead: Lead) -> tuple[Solution, int]:
+        return release_observer(study, lead.effects, lead.fit, THRESHOLDS.fit.rough_tolerance_chi2)
+
+    done = s.map_all("the best of them, released", release, leads)
+    s.simulations += sum(calls for _, calls in done) * len(study.fitted)
+    return s.rank_fits(solution for solution, _ in done)
