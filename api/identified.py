@@ -11,7 +11,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import HoldsCampaign, errors_name_arguments, listener_of, only_one
-from haptid.api.missing import Missing, find_values
 from haptid.api.place import Place, locked
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
@@ -47,6 +46,7 @@ from haptid.support.listener import Listener
 from haptid.support.tables import Told, text_of
 
 if TYPE_CHECKING:
+    from haptid.api.missing import Missing
     from haptid.api.posteriors import Posteriors
 
 PARAMETER = ("value", "std", "unit", "status", "description")
@@ -391,6 +391,8 @@ class Identified:
         InputError, NumericalError
             As `Campaign.find_missing`; also where the results were read without their campaign.
         """
+        from haptid.api.missing import find_values  # noqa: PLC0415 (an identification alone need not load the search)
+
         with errors_name_arguments(), locked(self.place.lasting), listener_of(progress) as listener:
             return find_values(
                 self._values("find_missing"), joint, self.place, listener, without=without, seed=seed, workers=workers

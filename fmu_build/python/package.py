@@ -11,6 +11,7 @@ import hashlib
 import json
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
@@ -33,6 +34,8 @@ implementation.keep(globals())
 Slave = implementation.Slave
 '''
 """The module that pythonfmu's loader imports and whose classes it goes through: it holds one."""
+_IMPORTING = threading.Lock()
+"""pythonfmu changes the path of imports and the modules of this process: one thread at a time lets it."""
 
 
 def plan_of(interface: Interface, module: str) -> dict[str, object]:
@@ -124,7 +127,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, module, platforms),
     }
-    files = guard_loaders(_build_archive(module, resources), interface, guid)
+    files = guard_loaders(_build_archive(module, resources), interface, guid, platforms)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 
@@ -136,7 +139,7 @@ def _short(content: object) -> str:
 
 def _build_archive(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
     """Let pythonfmu build the archive and return its files."""
-    with tempfile.TemporaryDirectory() as name:
+    with _IMPORTING, tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "source"
         for path, content in resources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
