@@ -41,9 +41,9 @@ def guard_source(interface: Interface, guid: str) -> str:
 
 
 def guard_loaders(
-    files: dict[str, bytes], interface: Interface, guid: str, platforms: Sequence[Platform] = PLATFORMS
+    files: dict[str, bytes], interface: Interface, guid: str, platforms: Sequence[Platform]
 ) -> dict[str, bytes]:
-    """Put a guard in the place of each of pythonfmu's loaders, and leave out loaders of platforms that are not asked for.
+    """Put a guard in the place of each of pythonfmu's loaders; those for other platforms are left out.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def guard_loaders(
     guid
         Identity that the guard checks at instantiation.
     platforms
-        Platforms that the FMU is for.
+        Platforms that the FMU may be run on.
 
     Returns
     -------

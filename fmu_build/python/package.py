@@ -21,7 +21,7 @@ from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
-from haptid.fmu_build.native.platforms import Platform
+from haptid.fmu_build.native.platforms import PLATFORMS, Platform
 from haptid.fmu_build.python.fallback import fallback_source, module_text
 from haptid.fmu_build.python.guard import guard_loaders, guard_source
 from haptid.model.equations.fmu_names import SENSITIVITY_SWITCH
@@ -127,7 +127,9 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, module, platforms),
     }
-    files = guard_loaders(_build_archive(module, resources), interface, guid, platforms)
+    # Only this machine runs an identification FMU; any other falls back where it has no kernel, behind a guard as well.
+    guarded = platforms if interface.identification else PLATFORMS
+    files = guard_loaders(_build_archive(module, resources), interface, guid, guarded)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 

@@ -63,7 +63,9 @@ def identify(job: Job, listener: Listener, finished: Callable[[Step], None] = la
     name = job.device.name if job.device else ""
     data["draws"] = write_draws(steps, whole, job.out, name=name, seed=job.options.seed)
     write_json(job.file, data)
-    return Identification(steps=steps, verification=verification, data=data, build=job.build)
+    return Identification(
+        steps=steps, verification=verification, data=data, build=job.build, workers=job.options.workers
+    )
 
 
 def _fit_configurations(
@@ -140,9 +142,8 @@ def _combine(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verificat
     whole = whole_device(device, steps, seed=job.options.seed, draws=COUNT)
     controller = job.campaign.extra.get("controller")
     unseen = [run for run in job.campaign.runs if run.use == "validate"]
-    return whole, verify(
-        device, whole.values, unseen, controller, draws=whole.draws[: THRESHOLDS.draws_of_whole_device]
-    )
+    draws = whole.draws[: THRESHOLDS.draws_of_whole_device]
+    return whole, verify(device, whole.values, unseen, controller, draws=draws, threads=job.options.workers)
 
 
 def _links_json(whole: Whole | None) -> dict[str, Any]:

@@ -85,8 +85,8 @@ def compile_shared(
         return library
     target = ["-target", triple] if triple else ["-march=native"]
     if triple is None and sys.platform == "linux":
-        # The process that loads the library has a libc; the compiler would first make files of its own to link with one,
-        # which takes seconds in a new cache.
+        # The process that loads the library has a libc; the compiler would first make the files of one to link with,
+        # which takes seconds where its cache is new.
         target.append("-nostdlib")
     # built in a folder beside the library and then renamed: no other process sees a library that is half written
     with writing_to_cache(), tempfile.TemporaryDirectory(dir=library.parent) as name:

@@ -161,7 +161,7 @@ def _draw_once(made: Figure) -> str:
         layout.execute(made)
     made.set_layout_engine("none")
     made.set_dpi(_RASTER_DPI)
-    canvas.print_svg(stream, metadata=_NO_METADATA)
+    canvas.print_svg(stream, metadata=_NO_METADATA)  # type: ignore[no-untyped-call] # matplotlib's stubs leave it out
     return stream.getvalue()
 
 
