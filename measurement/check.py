@@ -14,9 +14,8 @@ from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.format.reading import is_foreign, read_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import progress
 from haptid.support.numbers import count_of
-from haptid.support.terminal import show
+from haptid.support.terminal import Count, show
 
 
 def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float) -> dict[str, Any]:
@@ -49,7 +48,7 @@ def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit
         found = read_campaign(campaign)
         prepare_campaign(found)
     click.echo(f"{found.title}\n{_counts(found)}\n")
-    with progress(total=len(found.runs), title="check", quiet=quiet) as bar:
+    with Count[None](total=len(found.runs), title="check", quiet=quiet) as bar:
         rows = summarise(found, report=bar.update)
     show(table_told(rows))
     head = {"title": found.title, "device": found.device, "measured": found.measured, "hold": found.hold}

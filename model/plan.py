@@ -17,10 +17,9 @@ from haptid.model.planning.torque_design import ExcitationPlan, locked_quantitie
 from haptid.report.common.stored_page import write_page
 from haptid.report.locking_plan.page import plan_page
 from haptid.report.locking_plan.text import plan_told
-from haptid.support.command import progress
 from haptid.support.errors import NumericalError
 from haptid.support.files.files import write_json
-from haptid.support.terminal import show
+from haptid.support.terminal import Count, show
 
 
 def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
@@ -64,7 +63,7 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
 def _design(
     device: Device, order: LockingOrder, *, runs: int, tests: int, noise: float, seed: int, quiet: bool
 ) -> Data:
-    joints = progress(range(len(device.joints)), title="runs", quiet=quiet)
+    joints = Count(range(len(device.joints)), title="runs", quiet=quiet)
     excitations = [_excitation(device, joint, runs, noise) for joint in joints]
     postures = plan_postures(device, [stage.free for stage in order.stages], extra=tests, seed=seed)
     return design_summary(excitations, postures)
