@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.support.files.files import write_text
 from studies.ledger.version import tell_version
 

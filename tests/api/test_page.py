@@ -14,8 +14,8 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
-from docs import python_api
-from docs.api_reference import CLASSES, api_page
+from docs.from_code.api_reference import CLASSES, api_page
+from docs.from_runs import python_api
 from haptid import Campaign, Identified, InputError, Missing, Posteriors
 from haptid.fmu_build.native.platforms import PLATFORMS
 from haptid.report.posterior.overview import relative_widths

@@ -1,6 +1,6 @@
 """Write the tables of ``docs/reference/campaign_file.md``: meanings from a list, what a key accepts from the code.
 
-``python -m docs.campaign_file`` writes them, and the example from ``docs/examples/``.
+``python -m docs.from_code.campaign_file`` writes them, and the example from ``docs/examples/``.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import click
 
-from docs.device_file import example
-from docs.tables import table, with_parts
+from docs.from_code.device_file import example
+from docs.parts.tables import table, with_parts
 from haptid.measurement.format import schema
 from haptid.measurement.format.schema import Key
 from haptid.model.joint.parameter_table import all_ids
@@ -61,7 +61,7 @@ def with_tables(page: str) -> str:
     parts["COLUMNS"] = columns_table()
     parts["parameters"] = ", ".join(f"`{id}`" for id in all_ids())
     parts["example"] = example("campaign.toml", "toml")
-    return with_parts(page, parts, "docs/campaign_file.py")
+    return with_parts(page, parts, "docs/from_code/campaign_file.py")
 
 
 @click.command()

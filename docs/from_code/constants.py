@@ -1,7 +1,7 @@
 """Write the tables of constants of the theory pages: symbols of a page, values of the code.
 
-``python -m docs.constants`` writes them from the list in ``docs/constants.toml``. A page states no threshold of its
-own: it names a symbol, and the table gives the value that the code has.
+``python -m docs.from_code.constants`` writes them from the list in ``docs/constants.toml``. A page states no threshold
+of its own: it names a symbol, and the table gives the value that the code has.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import click
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
@@ -88,7 +88,9 @@ def listed() -> dict[str, tuple[Constant, ...]]:
 def with_tables(page: Path) -> str:
     """Return a theory page with its table of constants made anew."""
     rows = [constant.row for constant in listed()[page.name]]
-    return with_parts(page.read_text(encoding="utf-8"), {"constants": table(HEADER, rows)}, "docs/constants.py")
+    return with_parts(
+        page.read_text(encoding="utf-8"), {"constants": table(HEADER, rows)}, "docs/from_code/constants.py"
+    )
 
 
 @click.command()

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from docs.tables import table
+from docs.parts.tables import table
 from haptid.api.campaign import Campaign
 from haptid.api.identified import Identified
 from haptid.api.missing import Missing
