@@ -13,7 +13,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
-from haptid.api.place import Place, locked
+from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
 from haptid.discrepancy.finding.finding import Curve, Finding
@@ -223,7 +223,7 @@ class Missing:
         InputError
             Where there is no such joint or run.
         """
-        drawn = self._drawn()
+        drawn = self._drawing_of_finding()
         if drawn.torque_left is not None:
             axes = axes_or_new(ax)
             with style():
@@ -261,7 +261,7 @@ class Missing:
         InputError
             Where there is no such variable.
         """
-        drawn = self._drawn()
+        drawn = self._drawing_of_finding()
         maps = {m.variable: m for m in drawn.maps}
         if variable not in maps:
             expected = f"one of {', '.join(maps) or 'none: the whole device was only simulated'}"
@@ -318,7 +318,7 @@ class Missing:
         InputError, WritingError
             Where the folder cannot be written.
         """
-        with errors_name_arguments(), locked(folder):
+        with errors_name_arguments(), lock_place(folder):
             saved = replace(self, place=self.place.copy_to(folder))
             _write_report(saved)
             return saved
@@ -355,14 +355,14 @@ class Missing:
             measured=bool(self.data["measured"]),
         )
 
-    def _drawn(self) -> Drawn:
+    def _drawing_of_finding(self) -> Drawn:
         """Return what figures are drawn from: of the search, or as it was stored."""
         if self.finding is None:
             return Drawn.read(self.file.with_suffix(SUFFIX))
         return Drawn.of(self.finding)
 
     def _curve(self, joint: int | None, run: str | None) -> Curve:
-        drawn = self._drawn()
+        drawn = self._drawing_of_finding()
         if not drawn.curves:
             got = "a check of the whole device" if drawn.torque_left is None else "a search of its torque"
             raise InputError("plot", expected="a search in the position of a joint", got=got)

@@ -16,7 +16,7 @@ from haptid.model.planning.summary import Data, design_summary, plan_summary
 from haptid.model.planning.torque_design import ExcitationPlan, locked_quantities, plan_excitation
 from haptid.report.common.stored_page import write_page
 from haptid.report.locking_plan.page import plan_page
-from haptid.report.locking_plan.text import plan_told
+from haptid.report.locking_plan.text import tell_plan
 from haptid.support.errors import NumericalError
 from haptid.support.files.files import write_json
 from haptid.support.terminal import Count, show
@@ -53,7 +53,7 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
     plan = plan_summary(loaded, order)
     if design:
         plan |= _design(loaded, order, **options)
-    show(plan_told(plan))
+    show(tell_plan(plan))
     page = write_page(out / "locking_plan.html", plan_page(plan))
     data = write_json(out / "locking_plan.json", plan)
     click.echo(f"\nwritten: {page}, {data}")

@@ -36,7 +36,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
 HEADER = ("key", "meaning", "accepts", "unit", "default", "example")
 
 
-def listed() -> dict[str, list[list[str]]]:
+def list_keys() -> dict[str, list[list[str]]]:
     """Return what is written of the keys of each table."""
     return tomllib.loads(LIST.read_text(encoding="utf-8"))
 
@@ -44,7 +44,7 @@ def listed() -> dict[str, list[list[str]]]:
 def keys_table(kind: str) -> str:
     """Return the keys of one table of ``campaign.toml``."""
     rows = []
-    for key, meaning, unit, default, value in listed()[kind]:
+    for key, meaning, unit, default, value in list_keys()[kind]:
         accepted = KEYS[kind][key].words
         rows.append((f"`{key}`", f"{meaning}.", accepted, unit, default, f"`{key} = {value}`"))
     return table(HEADER, rows)
@@ -52,7 +52,7 @@ def keys_table(kind: str) -> str:
 
 def columns_table() -> str:
     """Return the columns of a run's table."""
-    return table(("column", "meaning", "unit"), ((f"`{c}`", f"{m}.", u) for c, m, u in listed()["COLUMNS"]))
+    return table(("column", "meaning", "unit"), ((f"`{c}`", f"{m}.", u) for c, m, u in list_keys()["COLUMNS"]))
 
 
 def with_tables(page: str) -> str:

@@ -120,13 +120,13 @@ def with_outputs(page: str, done: Sequence[Done]) -> str:
     """Return the page with what its blocks printed."""
     printed = iter(done)
 
-    def written(block: re.Match[str]) -> str:
+    def write_block(block: re.Match[str]) -> str:
         one = next(printed)
         if block["shown"] is None:
             return block[0]
         return f"{block[0].partition('```text')[0]}```text\n{one.printed}```"
 
-    return BLOCK.sub(written, page)
+    return BLOCK.sub(write_block, page)
 
 
 def estimates_of(folder: Path) -> dict[str, dict[str, Any]]:

@@ -14,7 +14,7 @@ from docs.from_code.device_file import EXAMPLES
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.format.reading import read_campaign
 
-LISTED = campaign_file.listed()
+LISTED = campaign_file.list_keys()
 ROWS = [(kind, row[0], row[4]) for kind in campaign_file.KEYS for row in LISTED[kind]]
 
 

@@ -81,12 +81,12 @@ def test_tables_of_the_friction_page_are_those_of_the_laws():
     assert set(friction.ACTS_ON) == {*SLOTS, USE_OF_BRISTLE}
 
 
-@pytest.mark.parametrize("name", constants.listed())
+@pytest.mark.parametrize("name", constants.list_constants())
 def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
     page = constants.THEORY / name
     assert text_of(page) == constants.with_tables(page), "run python -m docs.generate"
     prose = text_of(page).partition("## Constants")[0]
-    unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
+    unused = [c.symbol for c in constants.list_constants()[name] if c.symbol not in prose]
     assert not unused
 
 
