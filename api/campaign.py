@@ -12,7 +12,7 @@ import pandas as pd
 from haptid.api.arguments import errors_name_arguments, listener_of
 from haptid.api.identified import Identified, complete, identify_values
 from haptid.api.missing import Missing, find_values
-from haptid.api.place import Place, locked
+from haptid.api.place import Place, lock_place
 from haptid.api.shown import html_of
 from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS
 from haptid.fmu_build.building.packaging import Kind
@@ -259,7 +259,7 @@ class Campaign:
         options = options or FitOptions()
         # Nobody sees the report of a temporary folder.
         drawings = Drawings(options.workers if folder is not None else 1)
-        with errors_name_arguments(), locked(folder), listener_of(progress) as listener, drawings:
+        with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener, drawings:
             made = identify_values(
                 self.values, Place.of(folder), listener, drawings,
                 joints=None if joints is None else tuple(joints), kind=kind, options=options,
@@ -323,7 +323,7 @@ class Campaign:
         need("posterior", "posterior")
         from haptid.api.posteriors import sample_values  # noqa: PLC0415 (its packages are that extra)
 
-        with errors_name_arguments(), locked(folder), listener_of(progress) as listener:
+        with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener:
             return sample_values(
                 self.values, Place.of(folder), listener, joints=None if joints is None else tuple(joints), quick=quick,
                 sensitivity=sensitivity, kind=kind, seed=seed, workers=workers, scheduler=scheduler,
@@ -383,7 +383,7 @@ class Campaign:
         NumericalError
             Where no start of the nominal fit gives a finite simulation.
         """
-        with errors_name_arguments(), locked(folder), listener_of(progress) as listener:
+        with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener:
             return find_values(
                 self.values, joint, Place.of(folder), listener, without=without,
                 own_effects=None if own_effects is None else Path(own_effects), kind=kind, seed=seed, starts=starts,

@@ -11,8 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import HoldsCampaign, errors_name_arguments, listener_of, only_one
-from haptid.api.missing import Missing, find_values
-from haptid.api.place import Place, locked
+from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.identification_json import read_identification
@@ -23,7 +22,7 @@ from haptid.identification.job.export import export_models
 from haptid.identification.job.identify import identify
 from haptid.identification.job.job import Identification, Job
 from haptid.identification.job.stored import stored_steps
-from haptid.identification.output.summary import summary_told
+from haptid.identification.output.summary import tell_summary
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.carried_fit import FILE
@@ -47,6 +46,7 @@ from haptid.support.listener import Listener
 from haptid.support.tables import Told, text_of
 
 if TYPE_CHECKING:
+    from haptid.api.missing import Missing
     from haptid.api.posteriors import Posteriors
 
 PARAMETER = ("value", "std", "unit", "status", "description")
@@ -360,7 +360,7 @@ class Identified:
         need("posterior", "posterior")
         from haptid.api.posteriors import sample_values  # noqa: PLC0415 (its packages are that extra)
 
-        with errors_name_arguments(), locked(self.place.lasting), listener_of(progress) as listener:
+        with errors_name_arguments(), lock_place(self.place.lasting), listener_of(progress) as listener:
             return sample_values(
                 self._values("posterior"), self.place, listener, joints=None if joints is None else tuple(joints),
                 quick=quick, seed=seed, workers=workers, made_by="haptid.Identified.posterior",
@@ -391,7 +391,9 @@ class Identified:
         InputError, NumericalError
             As `Campaign.find_missing`; also where the results were read without their campaign.
         """
-        with errors_name_arguments(), locked(self.place.lasting), listener_of(progress) as listener:
+        from haptid.api.missing import find_values  # noqa: PLC0415 (an identification alone need not load the search)
+
+        with errors_name_arguments(), lock_place(self.place.lasting), listener_of(progress) as listener:
             return find_values(
                 self._values("find_missing"), joint, self.place, listener, without=without, seed=seed, workers=workers
             )
@@ -416,7 +418,7 @@ class Identified:
         InputError, WritingError
             Where the folder cannot be written.
         """
-        with errors_name_arguments(), locked(folder):
+        with errors_name_arguments(), lock_place(folder):
             saved = replace(self, place=self.place.copy_to(folder))
             if self.made is not None:
                 complete(saved, Listener(), Drawings(), report=True, fmus=fmus)
@@ -435,7 +437,7 @@ class Identified:
             Tables and sentences; the outcomes alone where stored results were read.
         """
         if self.steps:
-            return summary_told(self.steps, self.data["verification"])
+            return tell_summary(self.steps, self.data["verification"])
         return [str(self.outcomes().to_string())]
 
     def __repr__(self) -> str:

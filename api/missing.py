@@ -13,14 +13,21 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
-from haptid.api.place import Place, locked
+from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS, Job, entries_without
-from haptid.discrepancy.job.search import AnyFinding, Prepared, SearchByPosition, prepare_alone, prepare_together
+from haptid.discrepancy.job.search import (
+    AnyFinding,
+    Prepared,
+    SearchByPosition,
+    SearchByTorque,
+    prepare_alone,
+    prepare_together,
+)
 from haptid.discrepancy.job.told import finding_json, tell_finding
 from haptid.fmu_build.building.packaging import Kind
 from haptid.measurement.checks.motion import in_first_postures
@@ -69,6 +76,8 @@ class Missing:
         The campaign; None where the results were read.
     remark
         What a reader has to know of the readings that were searched; empty where they are those of the campaign.
+    left_out
+        Which findings of the joints alone the model does not hold, and why; empty where there is none.
     """
 
     finding: AnyFinding | None
@@ -78,6 +87,7 @@ class Missing:
     place: Place
     values: Values | None
     remark: str = ""
+    left_out: str = ""
 
     @classmethod
     def read(cls, folder: Path | str, joint: int | Sequence[int] | None = None) -> Missing:
@@ -213,7 +223,7 @@ class Missing:
         InputError
             Where there is no such joint or run.
         """
-        drawn = self._drawn()
+        drawn = self._drawing_of_finding()
         if drawn.torque_left is not None:
             axes = axes_or_new(ax)
             with style():
@@ -251,7 +261,7 @@ class Missing:
         InputError
             Where there is no such variable.
         """
-        drawn = self._drawn()
+        drawn = self._drawing_of_finding()
         maps = {m.variable: m for m in drawn.maps}
         if variable not in maps:
             expected = f"one of {', '.join(maps) or 'none: the whole device was only simulated'}"
@@ -308,7 +318,7 @@ class Missing:
         InputError, WritingError
             Where the folder cannot be written.
         """
-        with errors_name_arguments(), locked(folder):
+        with errors_name_arguments(), lock_place(folder):
             saved = replace(self, place=self.place.copy_to(folder))
             _write_report(saved)
             return saved
@@ -327,7 +337,8 @@ class Missing:
         """
         if self.finding is None:
             return [f"{self.title}: {self.verdict}. {self.sentence}"]
-        return tell_finding(self.finding, self.title, self.verdict)
+        left_out = [f"  {self.left_out}"] if self.left_out else []
+        return [*tell_finding(self.finding, self.title, self.verdict), *left_out]
 
     def __repr__(self) -> str:
         """Return what was searched, and the verdict, in a line."""
@@ -339,19 +350,19 @@ class Missing:
         shown = {caption: table for caption, table in tables.items() if len(table)}
         return html_of(
             f"{self.title.capitalize()}: {self.verdict.replace('_', ' ')}",
-            f"{self.sentence} {self.remark}".strip(),
+            " ".join(filter(None, (self.sentence, self.remark, self.left_out))),
             shown,
             measured=bool(self.data["measured"]),
         )
 
-    def _drawn(self) -> Drawn:
+    def _drawing_of_finding(self) -> Drawn:
         """Return what figures are drawn from: of the search, or as it was stored."""
         if self.finding is None:
             return Drawn.read(self.file.with_suffix(SUFFIX))
         return Drawn.of(self.finding)
 
     def _curve(self, joint: int | None, run: str | None) -> Curve:
-        drawn = self._drawn()
+        drawn = self._drawing_of_finding()
         if not drawn.curves:
             got = "a check of the whole device" if drawn.torque_left is None else "a search of its torque"
             raise InputError("plot", expected="a search in the position of a joint", got=got)
@@ -444,7 +455,7 @@ def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
     data = finding_json(finding, measured=job.campaign.measured, seed=job.seed)
     made = Missing(
         finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign,
-        remark=remark,
+        remark=remark, left_out="" if isinstance(search, SearchByTorque) else search.left_out,
     )  # fmt: skip
     write_json(made.file, data)
     Drawn.of(finding).save(made.file.with_suffix(SUFFIX))

@@ -92,7 +92,7 @@ class Place:
 
 
 @contextmanager
-def locked(folder: Path | str | None) -> Iterator[None]:
+def lock_place(folder: Path | str | None) -> Iterator[None]:
     """Lock the user's folder against other commands and programs within the block.
 
     Parameters

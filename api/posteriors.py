@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
-from haptid.api.place import Place, locked
+from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
 from haptid.fmu_build.building.packaging import Kind
@@ -173,7 +173,7 @@ class Posteriors:
         InputError
             Where the joint was not sampled.
         """
-        return pd.DataFrame(dict(self._stored(joint).posterior))
+        return pd.DataFrame(dict(self._read_posterior(joint).posterior))
 
     def plot_marginal(self, parameter: str, joint: int | None = None, *, ax: Axes | None = None) -> Axes:
         """Plot the histogram of a parameter's draws over that of its prior.
@@ -197,7 +197,7 @@ class Posteriors:
         InputError
             Where there is no such joint or parameter.
         """
-        stored = self._stored(joint)
+        stored = self._read_posterior(joint)
         if parameter not in stored.posterior:
             raise InputError("parameter", expected=f"one of {', '.join(stored.posterior)}", got=repr(parameter))
         unit = stored.unit(parameter)
@@ -227,7 +227,7 @@ class Posteriors:
         InputError
             Where the joint was not sampled.
         """
-        stored = self._stored(joint)
+        stored = self._read_posterior(joint)
         axes = axes_or_new(ax)
         with style():
             draw_widths(axes, *stored.relative_widths())
@@ -329,7 +329,7 @@ class Posteriors:
         InputError, WritingError
             Where the folder cannot be written.
         """
-        with errors_name_arguments(), locked(folder):
+        with errors_name_arguments(), lock_place(folder):
             saved = replace(self, place=self.place.copy_to(folder))
             _write_page(saved)
             return saved
@@ -357,14 +357,14 @@ class Posteriors:
             return f"Chains are short or disagree: joint {', '.join(unsound)}."
         return "The chains of all joints are long enough and agree."
 
-    def _stored(self, joint: int | None) -> StoredPosterior:
+    def _read_posterior(self, joint: int | None) -> StoredPosterior:
         """Read the files of a joint, which hold all that is drawn."""
         number = only_one(joint, self.joints)
         entry = next(one for one in self.data["joints"] if one["joint"] == number)
         return StoredPosterior.read(chains_file(self.folder, number), entry)
 
     def _bands(self, joint: int | None, run: str | None) -> Bands:
-        stored = self._stored(joint)
+        stored = self._read_posterior(joint)
         # What no fit saw comes first; the sort keeps the order of the campaign.
         bands = sorted(stored.bands, key=lambda part: part.run.use != "validate")
         chosen = [part for part in bands if run in (None, part.run.file)]

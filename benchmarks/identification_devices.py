@@ -33,7 +33,8 @@ from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations
-from haptid.support.command import parse_joints, progress
+from haptid.support.command import parse_joints
+from haptid.support.terminal import Count
 from haptid.virtual_device.machine.arm import JOINTS, Arm
 from haptid.virtual_device.machine.truth import read_truth
 from haptid.virtual_device.machine.variation import vary
@@ -218,7 +219,7 @@ def main(devices: int, joints: str | None, out: Path | None, workers: int, **set
     """Run all cases."""
     out = out or FOLDER / f"identification_{NAMES[settings['around']]}.json"
     cases = [Case(device=d, joint=j, **settings) for d in range(devices) for j in parse_joints(joints) or range(JOINTS)]
-    bar: Any = progress(total=len(cases), title="devices")
+    bar: Any = Count(total=len(cases), title="devices")
     with Processes(workers) as pool, bar:
 
         def more(done: Sequence[Any]) -> int:

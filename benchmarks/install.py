@@ -22,7 +22,7 @@ from typing import Any
 
 import click
 
-from docs.tables import with_parts
+from docs.parts.tables import with_parts
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT
 

@@ -22,7 +22,7 @@ import click
 from benchmarks.machines.evaluate import evaluate
 from benchmarks.machines.page import page_of, readme_text
 from benchmarks.machines.sets import SETS
-from docs.tables import with_parts
+from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
 from tests.real_data import DATA
 

@@ -13,11 +13,14 @@ from pathlib import Path
 import click
 
 FOLDER = Path(__file__).resolve().parent
+ROOMS = ("models", "posteriors", "search")
+"""Folders whose scripts run one by one, beside those of this folder."""
 
 
 def names() -> list[str]:
-    """List the scripts beside this one, and the folders that run as one."""
+    """List the scripts beside this one and in the rooms, and the folders that run as one."""
     scripts = [p.stem for p in FOLDER.glob("*.py") if p.stem not in ("__init__", "run")]
+    scripts += [f"{room}.{p.stem}" for room in ROOMS for p in (FOLDER / room).glob("*.py")]
     return sorted([*scripts, *(p.parent.name for p in FOLDER.glob("*/__main__.py"))])
 
 
@@ -51,9 +54,9 @@ def main(only: tuple[str, ...], limit: float) -> None:
         rows.append((name, *measured(name, limit)))
         click.echo()
     click.echo(f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}")
-    click.echo(f"{'benchmark':28s}{'outcome':22s}{'wall s':>8s}{'peak MB':>10s}")
+    click.echo(f"{'benchmark':34s}{'outcome':22s}{'wall s':>8s}{'peak MB':>10s}")
     for name, outcome, wall, peak in rows:
-        click.echo(f"{name:28s}{outcome:22s}{wall:8.1f}{peak:10.0f}")
+        click.echo(f"{name:34s}{outcome:22s}{wall:8.1f}{peak:10.0f}")
     click.echo("\nAll performance figures, as they are stored (docs/results/performance.md):")
     sys.stdout.flush()
     subprocess.run([sys.executable, "-m", "benchmarks.performance", "--table"], cwd=FOLDER.parent, check=True)

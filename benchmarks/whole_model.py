@@ -30,8 +30,8 @@ from haptid.identification.problem.options import FitOptions
 from haptid.measurement.checks.motion import locked_posture
 from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
 from haptid.report.identification.campaign_comparison import STORED, worst_by_joint
-from haptid.support.command import progress
 from haptid.support.files.files import write_json, write_text
+from haptid.support.terminal import Count
 from haptid.virtual_device.make_campaign import PLAN
 from haptid.virtual_device.make_campaign import main as make_campaign
 from studies.ledger.version import git_version, tell_version
@@ -179,7 +179,7 @@ def extract(kept: Mapping[str, Any]) -> dict[str, Any]:
 def main(machines: int, workers: int) -> None:
     """Identify both campaigns of all machines, and write results and pages."""
     stored = json.loads(OUT.read_text(encoding="utf-8"))["machines"] if OUT.exists() else []
-    made = [measure(width, seed, workers) for width, seed in progress(MACHINES[:machines], title="machines")]
+    made = [measure(width, seed, workers) for width, seed in Count(MACHINES[:machines], title="machines")]
     kept = {
         "command": " ".join(["python -m benchmarks.whole_model", *sys.argv[1:]]),
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),

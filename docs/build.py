@@ -20,9 +20,9 @@ except ModuleNotFoundError as absent:
     sys.stderr.write(f"error: {sys.executable} lacks {absent.name}; run `make docs`\n")
     sys.exit(2)
 
-from docs.api_reference import api_page
-from docs.equations import with_equations
-from docs.tables import table
+from docs.from_code.api_reference import api_page
+from docs.parts.equations import with_equations
+from docs.parts.tables import table
 from haptid.command_line import main as haptid
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue

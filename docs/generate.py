@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from docs import architecture, campaign_file, constants, device_file, friction, outcomes, search_figure
+from docs.from_code import architecture, campaign_file, constants, device_file, friction, outcomes, search_figure
 
 
 def main() -> None:

@@ -12,7 +12,8 @@ from haptid.fmu_build.building.configurations import build_configurations, confi
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.commands import fmus as main
 from haptid.model.device.reader import load_device
-from haptid.support.command import parse_joints, progress
+from haptid.support.command import parse_joints
+from haptid.support.terminal import Count
 
 
 def build_fmus(device: str, out: Path, joints: str | None, kind: Kind, quiet: bool) -> dict[str, Any]:
@@ -46,7 +47,7 @@ def build_fmus(device: str, out: Path, joints: str | None, kind: Kind, quiet: bo
     loaded = load_device(device)
     sets = configurations(loaded, parse_joints(joints))
     start, lines, built = time.perf_counter(), [], []
-    for fmu in progress(
+    for fmu in Count(
         build_configurations(loaded, sets, out / "fmu", kind=kind), total=len(sets), title="FMUs", quiet=quiet
     ):
         built.append({

@@ -19,13 +19,12 @@ from typing import Any
 
 import click
 
-from haptid.support.command import progress
 from haptid.support.declaration import IncompleteError
 from haptid.support.errors import one_line, shorten
 from haptid.support.files.cache import VARIABLE, cache_folder
 from haptid.support.installing.environment import in_clone, missing
 from haptid.support.tables import Table
-from haptid.support.terminal import is_terminal, show
+from haptid.support.terminal import Count, is_terminal, show
 
 OLDEST_PYTHON = (3, 11)
 LEAST_FREE_BYTES = 1_000_000_000
@@ -96,7 +95,7 @@ def examine() -> dict[str, Any]:
     checks = []
     # A terminal gets one table at the end, and sees meanwhile what is done; a pipe gets each line as it comes.
     drawn = is_terminal(sys.stdout)
-    with progress(title="checks", quiet=not drawn) as bar:
+    with Count[None](title="checks", quiet=not drawn) as bar:
         for check in _checks():
             checks.append(check)
             bar.update(figures=check.name)

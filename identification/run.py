@@ -13,7 +13,7 @@ from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.identification.calibration.calibrate import calibrate
 from haptid.identification.calibration.result_json import calibration_json
 from haptid.identification.calibration.start_values import write_with_starts
-from haptid.identification.calibration.words import summary_told as summary_of_calibration
+from haptid.identification.calibration.words import tell_summary as summary_of_calibration
 from haptid.identification.commands import identify as main
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.job.provenance import provenance, word_this_command

@@ -8,15 +8,14 @@ from typing import Any
 import click
 
 from haptid.measurement.checks.preparation import prepare_campaign
-from haptid.measurement.checks.summary import row_json, summarise, table_told
+from haptid.measurement.checks.summary import row_json, summarise, tell_table
 from haptid.measurement.commands import check as main
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.format.reading import is_foreign, read_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import progress
 from haptid.support.numbers import count_of
-from haptid.support.terminal import show
+from haptid.support.terminal import Count, show
 
 
 def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float) -> dict[str, Any]:
@@ -49,9 +48,9 @@ def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit
         found = read_campaign(campaign)
         prepare_campaign(found)
     click.echo(f"{found.title}\n{_counts(found)}\n")
-    with progress(total=len(found.runs), title="check", quiet=quiet) as bar:
+    with Count[None](total=len(found.runs), title="check", quiet=quiet) as bar:
         rows = summarise(found, report=bar.update)
-    show(table_told(rows))
+    show(tell_table(rows))
     head = {"title": found.title, "device": found.device, "measured": found.measured, "hold": found.hold}
     return {**head, "configurations": [list(joints) for joints in found.configurations], "runs": [*map(row_json, rows)]}
 
@@ -60,7 +59,7 @@ def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> dict[str
     """Check a campaign about an FMU as `identification.run` will, tell what is in it, and return that."""
     # A command may ask the room that will use the campaign; other campaigns do without these imports.
     from haptid.identification.calibration.calibrate import simulator_of, try_all_runs  # noqa: PLC0415
-    from haptid.identification.calibration.words import checked  # noqa: PLC0415
+    from haptid.identification.calibration.words import tell_check  # noqa: PLC0415
     from haptid.identification.foreign.process import ForeignFmu  # noqa: PLC0415
 
     with warnings_on_stderr():
@@ -68,7 +67,7 @@ def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> dict[str
     with ForeignFmu(found.model, limit_s=limit_s) as fmu:
         simulator = simulator_of(found, fmu)
         try_all_runs(found, simulator)
-        show(checked(found, simulator))
+        show(tell_check(found, simulator))
     runs = [{"file": run.file, "use": run.use, "rows": int(run.t.size)} for run in found.runs]
     return {
         "title": found.title,

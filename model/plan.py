@@ -16,11 +16,10 @@ from haptid.model.planning.summary import Data, design_summary, plan_summary
 from haptid.model.planning.torque_design import ExcitationPlan, locked_quantities, plan_excitation
 from haptid.report.common.stored_page import write_page
 from haptid.report.locking_plan.page import plan_page
-from haptid.report.locking_plan.text import plan_told
-from haptid.support.command import progress
+from haptid.report.locking_plan.text import tell_plan
 from haptid.support.errors import NumericalError
 from haptid.support.files.files import write_json
-from haptid.support.terminal import show
+from haptid.support.terminal import Count, show
 
 
 def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
@@ -54,7 +53,7 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
     plan = plan_summary(loaded, order)
     if design:
         plan |= _design(loaded, order, **options)
-    show(plan_told(plan))
+    show(tell_plan(plan))
     page = write_page(out / "locking_plan.html", plan_page(plan))
     data = write_json(out / "locking_plan.json", plan)
     click.echo(f"\nwritten: {page}, {data}")
@@ -64,7 +63,7 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
 def _design(
     device: Device, order: LockingOrder, *, runs: int, tests: int, noise: float, seed: int, quiet: bool
 ) -> Data:
-    joints = progress(range(len(device.joints)), title="runs", quiet=quiet)
+    joints = Count(range(len(device.joints)), title="runs", quiet=quiet)
     excitations = [_excitation(device, joint, runs, noise) for joint in joints]
     postures = plan_postures(device, [stage.free for stage in order.stages], extra=tests, seed=seed)
     return design_summary(excitations, postures)

@@ -13,7 +13,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,7 +27,7 @@ from haptid.support.files.files import check_writable, written
 from haptid.support.files.folder_lock import lock_folder
 from haptid.support.listener import Listener
 from haptid.support.tables import Told
-from haptid.support.terminal import Count, Display, show
+from haptid.support.terminal import Display, show
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -242,30 +242,6 @@ def _with_folder(function: Callable[..., T]) -> Callable[..., T]:
             return function(*args, out=out, **kwargs)
 
     return wrapped  # type: ignore[return-value] # as above
-
-
-def progress(
-    iterable: Iterable[Any] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
-) -> Count[Any]:
-    """Count steps on stderr.
-
-    Parameters
-    ----------
-    iterable
-        Items whose iteration advances the count; None where the caller advances it.
-    total
-        Number of steps; the length of ``iterable`` where None.
-    title
-        What is being done.
-    quiet
-        Whether nothing is shown (--quiet).
-
-    Returns
-    -------
-    Count
-        Iterable, and a context manager that removes what it shows.
-    """
-    return Count(iterable, total=total, title=title, quiet=quiet)
 
 
 @contextmanager

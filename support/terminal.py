@@ -76,12 +76,12 @@ def show(told: Told) -> None:
     console = Console(file=sys.stdout)
     for part in told:
         if isinstance(part, Table) and part.rows:
-            console.print(_drawn(part))
+            console.print(_draw_table(part))
         else:
             console.print(str(part), markup=False, highlight=False, soft_wrap=True)
 
 
-def _drawn(table: Table) -> RichTable:
+def _draw_table(table: Table) -> RichTable:
     from rich.box import SIMPLE_HEAD  # noqa: PLC0415 (a pipe needs no Rich)
     from rich.table import Table as RichTable  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415

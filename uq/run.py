@@ -30,7 +30,7 @@ from haptid.uq.foreign.infer import infer as infer_foreign
 from haptid.uq.foreign.record import posterior_json
 from haptid.uq.foreign.record import save_chains as save_foreign_chains
 from haptid.uq.foreign.record import save_draws as save_foreign_draws
-from haptid.uq.foreign.record import summary_told as summary_of_foreign
+from haptid.uq.foreign.record import tell_summary as summary_of_foreign
 from haptid.uq.foreign.source import holds_calibration, read_calibrated
 from haptid.uq.result.finite import with_null
 

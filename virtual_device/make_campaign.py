@@ -11,8 +11,9 @@ from typing import Any
 import click
 import numpy as np
 
-from haptid.support.command import exit_codes, parse_joints, progress
+from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
+from haptid.support.terminal import Count
 from haptid.virtual_device.machine.arm import JOINTS, Arm
 from haptid.virtual_device.machine.effects import parse_effects
 from haptid.virtual_device.machine.friction import LAWS, parse_friction
@@ -152,7 +153,7 @@ def main(
         jobs += [partial(planned_runs, arm, test, number, sensor=sensor, seed=seed) for number, test in tests]
         jobs += [partial(_controlled, arm, number, sensor, seed) for number in range(2)]
         head["controller"] = Controller().described()
-    runs = [run for job in progress(jobs, title="simulating", quiet=quiet) for run in job()]
+    runs = [run for job in Count(jobs, title="simulating", quiet=quiet) for run in job()]
     write_campaign(out, head, runs, joints=JOINTS)
     click.echo(
         f"{out}: {len(runs)} synthetic runs, {sum((out / run.file).stat().st_size for run in runs) / 1e6:.2f} MB"

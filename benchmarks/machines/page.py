@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from docs.tables import table
+from docs.parts.tables import table
 
 MARKS = {True: "yes", False: "no", None: "-"}
 NONE = "no result"

@@ -26,8 +26,8 @@ from benchmarks.simulators.drivers import CLIENTS, Client
 from haptid.fmu_build.building.packaging import Kind, build_fmu
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.model.joint.coupled_joints import configuration_equations
-from haptid.support.command import progress
 from haptid.support.files.files import write_json
+from haptid.support.terminal import Count
 from studies.ledger.version import git_version
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "clients.json"
@@ -51,7 +51,7 @@ def build(folder: Path) -> dict[tuple[str, Kind], Path]:
     wanted = [(configuration_equations(whole.device(), free), None) for free in sets]
     wanted.append((whole.equations(), whole.values()))
     fmus = {}
-    for equations, values in progress(wanted, title="FMUs"):
+    for equations, values in Count(wanted, title="FMUs"):
         for kind in KINDS:
             path = folder / kind / f"{equations.name}.fmu"
             fmus[equations.name, kind] = build_fmu(
@@ -97,7 +97,7 @@ def main(page_alone: bool) -> None:
             fmus = build(Path(folder))
             rows = [
                 {"fmu": name, "kind": kind, "client": word, **run(word, path)}
-                for (name, kind), path in progress(list(fmus.items()), title="FMUs")
+                for (name, kind), path in Count(list(fmus.items()), title="FMUs")
                 for word, client in CLIENTS.items()
                 if kind in client.kinds
             ]

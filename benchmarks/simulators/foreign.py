@@ -33,9 +33,9 @@ from pythonfmu import FmuBuilder
 from benchmarks.peers.environments import MODESTPY, Environment, NotInstalled
 from benchmarks.simulators import page
 from haptid.identification.run import main as identify
-from haptid.support.command import progress
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT
+from haptid.support.terminal import Count
 from studies.ledger.version import git_version
 
 OUT = ROOT / "docs" / "results" / "foreign_fmus.json"
@@ -323,7 +323,7 @@ def main(page_alone: bool) -> None:
     if not page_alone:
         rows = []
         with tempfile.TemporaryDirectory() as folder:
-            for number, case in enumerate(progress(list(cases(Path(folder))), title="FMUs")):
+            for number, case in enumerate(Count(list(cases(Path(folder))), title="FMUs")):
                 place = Path(folder) / str(number)
                 row = calibrate(case, place)
                 if row["fmi"].startswith("2") and case.inputs and "failed" not in row:  # what ModestPy takes

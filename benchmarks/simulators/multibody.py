@@ -36,8 +36,8 @@ from haptid.fmu_build.multibody.mjcf import FrictionOf, mjcf_bytes
 from haptid.fmu_build.multibody.write import identified_multibody, write_multibody
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.measurement.values.run import Run
-from haptid.support.command import progress
 from haptid.support.files.files import write_json
+from haptid.support.terminal import Count
 from studies.ledger.version import git_version
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "multibody.json"
@@ -71,7 +71,7 @@ def compare_terms(machine: Multibody, folder: Path) -> list[dict[str, Any]]:
     rows = []
     for (form, reader), terms in readers.items():
         worst = np.zeros(2)
-        for q, v in progress(states, title=f"{form}, {reader}"):
+        for q, v in Count(states, title=f"{form}, {reader}"):
             for k, (theirs, ours) in enumerate(zip(terms(q, v), own_terms(whole.device(), machine, q, v), strict=True)):
                 worst[k] = max(worst[k], np.abs(theirs - ours).max() / np.abs(ours).max())
         rows.append({"file": form, "reader": reader, "mass_matrix": worst[0], "bias": worst[1]})
@@ -122,7 +122,7 @@ def compare_motions(machine: Multibody, folder: Path) -> list[dict[str, Any]]:
             False: of_fmu(values, run, folder),
             True: of_fmu(whole.without_bristle(values, SOFT), run, folder),
         }
-        for words, friction, integrator, step in progress(WAYS, title=run.file):
+        for words, friction, integrator, step in Count(WAYS, title=run.file):
             alone = words == "viscous alone"
             text = mjcf_bytes(viscous if alone else machine, friction).decode()
             model = mujoco.MjModel.from_xml_string(text)

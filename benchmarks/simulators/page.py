@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.support.files.files import write_text
 from studies.ledger.version import tell_version
 
@@ -195,8 +195,9 @@ def speed_text(stored: Mapping[str, Any]) -> str:
     rows = [(name, f"{value:.0f}") for name, value in stored["ns_per_step"].items()]
     return "\n".join((
         f"One step of {1e3 * stored['step_s']:g} ms of joint 4: processor time, {stored['repeats']} interleaved "
-        f"repeats. The loop by hand (`benchmarks/fmu_hand_written.c`) takes {stored['speed_over_by_hand']:.2f} times "
-        f"the native FMU's time by the shortest repeats, {stored['speed_over_by_hand_median']:.2f} times in the median "
+        f"repeats. The loop by hand (`benchmarks/models/fmu_hand_written.c`) takes "
+        f"{stored['speed_over_by_hand']:.2f} times the native FMU's time by the shortest repeats, "
+        f"{stored['speed_over_by_hand_median']:.2f} times in the median "
         f"of the pairs. It uses the same method, but neither checks nor sub-steps. {measured(stored)}",
         "",
         table(("what", "ns a step"), rows),

@@ -33,9 +33,9 @@ from haptid.fmu_build.building.packaging import Kind, build_fmu
 from haptid.fmu_build.native.platforms import PLATFORMS, Platform, this_platform
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.coupled_joints import configuration_equations
-from haptid.support.command import progress
 from haptid.support.files.files import write_json
 from haptid.support.processes.c_compiler import run_c_compiler
+from haptid.support.terminal import Count
 from studies.ledger.version import git_version
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "platforms.json"
@@ -179,7 +179,7 @@ def run_all(fmus: Mapping[tuple[str, Kind], Path], folder: Path) -> list[dict[st
             rows.append({**about, "missing": emulator.missing})
             continue
         host = compile_host(target, folder)
-        for (name, kind), archive in progress(list(fmus.items()), title=target.fmi3):
+        for (name, kind), archive in Count(list(fmus.items()), title=target.fmi3):
             if kind not in STEPPED:
                 continue
             drive = drive_of(archive)

@@ -150,7 +150,7 @@ def start_under_observer(study: Study, effects: Sequence[Effect], values: Mappin
     """
     problem = lay_out_under_observer(study, effects)
     start = start_vector(problem.simulator.equations, values)
-    return Guided(problem=problem, reached=Descent.at(feasible(problem, problem.first(start))))
+    return Guided(problem=problem, reached=Descent.at(feasible(problem, problem.unknowns_at(start))))
 
 
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:

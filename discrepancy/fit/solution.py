@@ -238,7 +238,7 @@ def solve(
     # The first layout only places the unknowns. A scatter needs trajectories, and so initial states, to be linearised
     # about; the loop adds it.
     problem = under_noise(simulator, runs, noise.but(scatters=()), theta, (), threads=study.threads)
-    x = problem.first(theta)
+    x = problem.unknowns_at(theta)
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
@@ -300,7 +300,7 @@ def _about(
 ) -> tuple[Whitened, Array]:
     """Return the problem linearised about the trajectories at ``theta``, and that point."""
     problem = under_noise(simulator, study.fitted, noise, theta, begun, threads=study.threads)
-    return problem, with_starts(problem, problem.first(theta), begun)
+    return problem, with_starts(problem, problem.unknowns_at(theta), begun)
 
 
 def _balance_common_factor(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from haptid.discrepancy.finding.accuracy import origin_of
@@ -45,11 +46,14 @@ class SearchByPosition:
         Runs and nominal model, with the fit of an identification where there is one.
     remark
         What the reader has to know of the runs; empty where there is nothing.
+    left_out
+        Which findings of the joints alone the model does not hold, and why; empty where there is none.
     """
 
     job: Job
     study: Study
     remark: str = ""
+    left_out: str = ""
 
     @property
     def name(self) -> str:
@@ -144,6 +148,8 @@ class WholeCheck:
         Content of ``identification.json``.
     named
         Findings of the single joints.
+    left_out
+        Which findings of the joints alone are not among these, and why; empty where there is none.
     """
 
     job: Job
@@ -151,6 +157,7 @@ class WholeCheck:
     runs: tuple[Run, ...]
     identification: Mapping[str, Any]
     named: tuple[JointFinding, ...]
+    left_out: str = ""
 
     name = "whole"
     title = "all joints"
@@ -224,7 +231,8 @@ def prepare_together(job: Job, joints: Sequence[int]) -> SearchByPosition | Whol
     if not job.campaign.runs_of(free, "fit"):
         return prepare_whole(job, free)
     known = by_joint(findings_below(job, free))
-    return _in_position(job, coupled_study_of(job.campaign, free, job.entries, known, threads=job.threads))
+    search = _in_position(job, coupled_study_of(job.campaign, free, job.entries, known, threads=job.threads))
+    return replace(search, left_out=tell_other_laws(job, free))
 
 
 def prepare_whole(job: Job, joints: Sequence[int]) -> WholeCheck:
@@ -258,6 +266,7 @@ def prepare_whole(job: Job, joints: Sequence[int]) -> WholeCheck:
         runs=job.campaign.runs_of(free, "validate"),
         identification=read_identification(source),
         named=tuple(findings_below(job, free)),
+        left_out=tell_other_laws(job, free),
     )
 
 
@@ -314,15 +323,45 @@ def findings_below(job: Job, joints: Sequence[int]) -> list[JointFinding]:
         Findings with a verdict that names effects; joints that were not studied are left out, and those for which
         another friction law was named: the model of the device has to be identified with that law first.
     """
-    found = []
+    return [
+        finding_of(data, str(path), dict(job.entries))
+        for path, data in _named_below(job, joints).values()
+        if law_of(data) is None
+    ]
+
+
+def tell_other_laws(job: Job, joints: Sequence[int]) -> str:
+    """Say which findings `findings_below` leaves out since they name another friction law.
+
+    Parameters
+    ----------
+    job
+        Job with the folder.
+    joints
+        Numbers of the joints.
+
+    Returns
+    -------
+    str
+        One sentence with joints and laws; empty where there is no such finding.
+    """
+    laws = {joint: law_of(data) for joint, (_, data) in _named_below(job, joints).items()}
+    other = [f"joint {joint} ({law})" for joint, law in laws.items() if law is not None]
+    if not other:
+        return ""
+    told = f"Left out, since it was found under another friction law than the device's: {', '.join(other)}"
+    return f"{told}; state the law in the device or campaign, and identify again."
+
+
+def _named_below(job: Job, joints: Sequence[int]) -> dict[int, tuple[Path, dict[str, Any]]]:
+    """Return file and content of the findings that name effects in joints that were tested alone, by joint."""
+    named = {}
     for joint in joints:
         path = job.out / "discrepancy" / f"joint{joint}.json"
-        if not path.exists():
-            continue
-        data = read_discrepancy(path)
-        if data["verdict"] in VERDICTS and law_of(data) is None:
-            found.append(finding_of(data, str(path), dict(job.entries)))
-    return found
+        data = read_discrepancy(path) if path.exists() else None
+        if data is not None and data["verdict"] in VERDICTS:
+            named[joint] = path, data
+    return named
 
 
 def _in_position(job: Job, study: Study) -> SearchByPosition:

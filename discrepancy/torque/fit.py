@@ -135,7 +135,7 @@ def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int)
     return map_threads(
         lambda theta: minimise(
             problem,
-            problem.first(theta),
+            problem.unknowns_at(theta),
             iterations=THRESHOLDS.torque.most_simulations_of_start,
             relative=THRESHOLDS.torque.least_decrease_of_cost,
         ),

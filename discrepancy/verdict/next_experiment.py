@@ -259,7 +259,7 @@ def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
     solution = rival.solution
     simulator = study.factory(solution.equations)
     problem = under_noise(simulator, (run,), solution.noise, solution.theta, (x0,))
-    blocks = problem.blocks(with_starts(problem, problem.first(solution.theta), (x0,)))
+    blocks = problem.blocks(with_starts(problem, problem.unknowns_at(solution.theta), (x0,)))
     if blocks.jacobians is None or not np.isfinite(blocks.residual).all():
         return np.zeros(THRESHOLDS.verdict.most_repeats)
     n = problem.n_parameters

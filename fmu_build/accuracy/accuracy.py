@@ -121,12 +121,12 @@ def of_device(data: Mapping[str, Any], name: str, folder: Path | None, findings:
         known=stored_draws.of_device(data, name, folder),
         joints=tuple(joints),
         effects=effects,
-        searched=_searched(findings),
+        searched=_tell_searched_joints(findings),
         digests=_digests(data, tests),
     )
 
 
-def _searched(findings: Sequence[Finding]) -> str:
+def _tell_searched_joints(findings: Sequence[Finding]) -> str:
     """Say which joints were searched, and what was named there that equations cannot hold, as a random effect."""
     if not findings:
         return NOT_SEARCHED

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -76,8 +78,15 @@ def build_configurations(
     NumericalError
         Where the compiler is missing or fails.
     """
-    for free in sets:
-        equations = configuration_equations(device, free)
-        fmu = cached_fmu(equations, kind=kind)
-        out = write_bytes(folder / f"{equations.name}.fmu", fmu.path.read_bytes())
-        yield replace(fmu, path=out)
+
+    def build(free: tuple[int, ...]) -> Fmu:
+        return cached_fmu(configuration_equations(device, free), kind=kind)
+
+    # Most of the time is the C compiler's, which runs in processes of its own.
+    pool = ThreadPoolExecutor(os.cpu_count())
+    try:
+        for fmu in pool.map(build, sets):
+            out = write_bytes(folder / f"{fmu.equations.name}.fmu", fmu.path.read_bytes())
+            yield replace(fmu, path=out)
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -20,7 +20,7 @@ from haptid.fmu_build.content.extras import extra_files
 from haptid.fmu_build.description.interface import Interface, interface_of
 from haptid.fmu_build.description.provenance import GUESS, Provenance, provenance_of
 from haptid.fmu_build.exchange.archive import pack
-from haptid.fmu_build.exchange.possible import in_order
+from haptid.fmu_build.exchange.possible import with_pairs_in_order
 from haptid.fmu_build.native.fmi2 import native_files
 from haptid.fmu_build.native.fmi3 import native_files3, rename_picture
 from haptid.fmu_build.native.platforms import PLATFORMS, Platform, this_platform
@@ -104,7 +104,7 @@ def interface_for(
         identifier=f"{equations.name}_identification" if identification else equations.name,
         identification=identification,
         derivatives=kind != "python",
-        values=in_order(values or {}, equations, f"start values of {equations.name}"),
+        values=with_pairs_in_order(values or {}, equations, f"start values of {equations.name}"),
     )
 
 
@@ -149,8 +149,8 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     Raises
     ------
     InputError
-        For an identification FMU in FMI 3.0, where a pair of values is out of order (`in_order`), and where the
-        reference run gives no finite numbers.
+        For an identification FMU in FMI 3.0, where a pair of values is out of order (`with_pairs_in_order`), and where
+        the reference run gives no finite numbers.
     NumericalError
         Where the compiler is missing or fails.
     """

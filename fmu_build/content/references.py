@@ -52,13 +52,13 @@ def manifest_file(names: Iterable[str]) -> dict[str, bytes]:
     register_namespace("fmi-ls", NAMESPACE)
     told = {"fmi-ls-name": NAME, "fmi-ls-version": VERSION, "fmi-ls-description": ABOUT}
     root = Element("fmiReferences", {f"{{{NAMESPACE}}}{key}": value for key, value in told.items()})
-    for name, role, kind, description in _related(sorted(names)):
+    for name, role, kind, description in _references_of(sorted(names)):
         # relative to the manifest, two folders below the root of the archive
         SubElement(root, "Related", type=kind, source=f"../../{name}", role=role, description=description)
     return {MANIFEST: xml_bytes(root)}
 
 
-def _related(names: Iterable[str]) -> Iterator[tuple[str, str, str, str]]:
+def _references_of(names: Iterable[str]) -> Iterator[tuple[str, str, str, str]]:
     for name in names:
         for pattern, role, kind, description in ROLES:
             if fnmatchcase(name, pattern):

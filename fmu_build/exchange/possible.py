@@ -223,7 +223,7 @@ def same_unit(text: str, unit: str) -> bool:
     return one.exponents == other.exponents and one.factor == other.factor
 
 
-def in_order(values: Mapping[str, float], equations: Equations, where: str) -> dict[str, float]:
+def with_pairs_in_order(values: Mapping[str, float], equations: Equations, where: str) -> dict[str, float]:
     """Return values whose pairs are in order to the last bit, as an FMU requires.
 
     Parameters

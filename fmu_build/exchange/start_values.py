@@ -11,9 +11,9 @@ from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
     Possible,
     check_value,
-    in_order,
     of_joint_parameter,
     of_quantity,
+    with_pairs_in_order,
 )
 from haptid.fmu_build.exchange.ssv_reader import Stated, read_ssv
 from haptid.fmu_build.thresholds import THRESHOLDS
@@ -48,7 +48,7 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         does not have, another unit than the variable's, or an impossible value.
     """
     if path is None:
-        return Identified(values=in_order(found.values, equations, "values"), provenance=found.provenance)
+        return Identified(values=with_pairs_in_order(found.values, equations, "values"), provenance=found.provenance)
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}
@@ -69,7 +69,7 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         values[ids[name]] = one.value
     source = Provenance(source=path.name, status="stated")
     provenance = {**found.provenance, **dict.fromkeys((ids[name] for name in stated), source)}
-    return Identified(values=in_order(values, equations, str(path)), provenance=provenance)
+    return Identified(values=with_pairs_in_order(values, equations, str(path)), provenance=provenance)
 
 
 def _possible(q: Quantity) -> Possible:

@@ -6,11 +6,13 @@ expects. The guard is the native FMU's own answer to FMI, around the buffer that
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.native.c_source import bare_library, layout, text_of
 from haptid.fmu_build.native.c_tables import tables
 from haptid.fmu_build.native.fmi2 import CORE, MODES
-from haptid.fmu_build.native.platforms import PLATFORMS
+from haptid.fmu_build.native.platforms import PLATFORMS, Platform
 
 LOADERS = {"linux64": "pythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 """Folder below ``binaries``, and the name under which the guard there finds pythonfmu's loader."""
@@ -38,8 +40,10 @@ def guard_source(interface: Interface, guid: str) -> str:
     return "\n".join((*head, *map(text_of, files)))
 
 
-def guard_loaders(files: dict[str, bytes], interface: Interface, guid: str) -> dict[str, bytes]:
-    """Put a guard in the place of each of pythonfmu's loaders.
+def guard_loaders(
+    files: dict[str, bytes], interface: Interface, guid: str, platforms: Sequence[Platform]
+) -> dict[str, bytes]:
+    """Put a guard in the place of each of pythonfmu's loaders; those for other platforms are left out.
 
     Parameters
     ----------
@@ -49,6 +53,8 @@ def guard_loaders(files: dict[str, bytes], interface: Interface, guid: str) -> d
         Variables and model identifier, the name of the binaries.
     guid
         Identity that the guard checks at instantiation.
+    platforms
+        Platforms that the FMU may be run on.
 
     Returns
     -------
@@ -64,8 +70,12 @@ def guard_loaders(files: dict[str, bytes], interface: Interface, guid: str) -> d
     for p in PLATFORMS:
         folder = f"binaries/{p.fmi2[0]}"
         name = f"{folder}/{interface.identifier}{p.suffix}"
-        if p.fmi2[0] in LOADERS and name in result:
+        if p.fmi2[0] not in LOADERS or name not in result:
+            continue
+        if p in platforms:
             result[f"{folder}/{LOADERS[p.fmi2[0]]}"] = result[name]
             flags = ("-lkernel32",) if p.suffix == ".dll" else ()
             result[name] = bare_library(guard_source(interface, guid), p.triple, flags=flags).read_bytes()
+        else:
+            del result[name]
     return result

@@ -11,6 +11,7 @@ import hashlib
 import json
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
@@ -20,7 +21,7 @@ from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
-from haptid.fmu_build.native.platforms import Platform
+from haptid.fmu_build.native.platforms import PLATFORMS, Platform
 from haptid.fmu_build.python.fallback import fallback_source, module_text
 from haptid.fmu_build.python.guard import guard_loaders, guard_source
 from haptid.model.equations.fmu_names import SENSITIVITY_SWITCH
@@ -33,6 +34,8 @@ implementation.keep(globals())
 Slave = implementation.Slave
 '''
 """The module that pythonfmu's loader imports and whose classes it goes through: it holds one."""
+_IMPORTING = threading.Lock()
+"""pythonfmu changes the path of imports and the modules of this process: one thread at a time lets it."""
 
 
 def plan_of(interface: Interface, module: str) -> dict[str, object]:
@@ -124,7 +127,9 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, module, platforms),
     }
-    files = guard_loaders(_build_archive(module, resources), interface, guid)
+    # Only this machine runs an identification FMU; any other falls back where it has no kernel, behind a guard as well.
+    guarded = platforms if interface.identification else PLATFORMS
+    files = guard_loaders(_build_archive(module, resources), interface, guid, guarded)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 
@@ -136,7 +141,7 @@ def _short(content: object) -> str:
 
 def _build_archive(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
     """Let pythonfmu build the archive and return its files."""
-    with tempfile.TemporaryDirectory() as name:
+    with _IMPORTING, tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "source"
         for path, content in resources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)

@@ -18,12 +18,13 @@ from haptid.fleet.page import fleet_page
 from haptid.fleet.result import Identified, device_json, fleet_json, members_csv
 from haptid.identification.sequence.resume import code_digest
 from haptid.report.common.stored_page import write_page
-from haptid.support.command import parse_joints, progress
+from haptid.support.command import parse_joints
 from haptid.support.declaration import IncompleteError
 from haptid.support.errors import InputError, one_line
 from haptid.support.files.files import check_writable, read_json, write_json, write_text
 from haptid.support.files.folder_lock import lock_folder
 from haptid.support.processes.running import Running
+from haptid.support.terminal import Count
 
 STAMP = "fleet_inputs.json"
 """File beside a device's results with the digest of what they were made from."""
@@ -95,7 +96,7 @@ def _identify_all(
     """Identify the devices, several at a time; whatever ends this command ends those that run."""
     running = Running()
     ended: dict[str, Identified] = {}
-    with progress(total=len(campaigns), title="devices", quiet=quiet) as bar, ThreadPoolExecutor(workers) as pool:
+    with Count[None](total=len(campaigns), title="devices", quiet=quiet) as bar, ThreadPoolExecutor(workers) as pool:
         try:
             jobs = [pool.submit(_identify, running, name, path, out, options) for name, path in campaigns.items()]
             for job in as_completed(jobs):

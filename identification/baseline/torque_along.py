@@ -7,7 +7,7 @@ The states of friction follow the filtered speed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,12 +39,15 @@ class TorqueAlong:
         Whether each free joint slides.
     friction
         Torque equation of each free joint alone, compiled.
+    places
+        Index of each parameter of the configuration by its id.
     """
 
     equations: Equations
     regressor: Regressor
     prismatic: tuple[bool, ...]
     friction: tuple[CompiledKernel, ...]
+    places: Mapping[str, int]
 
     @classmethod
     def of(cls, equations: Equations, regressor: Regressor, prismatic: Sequence[bool]) -> TorqueAlong:
@@ -73,6 +76,7 @@ class TorqueAlong:
             regressor=regressor,
             prismatic=tuple(prismatic),
             friction=tuple(cached_kernel(one) for one in alone),
+            places={q.id: place for place, q in enumerate(equations.parameters)},
         )
 
     def value(self, theta: Array, id: str, k: int) -> float:
@@ -93,8 +97,7 @@ class TorqueAlong:
             Value in the parameter's unit; 0 where the equations have no such parameter.
         """
         full = id if len(self.prismatic) == 1 else f"{id}_{self.regressor.joints[k]}"
-        ids = [q.id for q in self.equations.parameters]
-        return float(theta[ids.index(full)]) if full in ids else 0.0
+        return float(theta[self.places[full]]) if full in self.places else 0.0
 
     def torque(self, theta: Array, motion: FilteredMotion) -> Array:
         """Compute the recorded torque that a motion needs.
@@ -111,9 +114,8 @@ class TorqueAlong:
         ndarray, shape (n, n_joints)
             Torque as it was commanded, over Kp [N m] ([N]).
         """
-        ids = [q.id for q in self.equations.parameters]
         rigid = self.regressor.ids[: self.regressor.n_rigid]
-        known = np.array([theta[ids.index(id)] if id in ids else 0.0 for id in rigid])
+        known = np.array([theta[self.places[id]] if id in self.places else 0.0 for id in rigid])
         torque = self.regressor.rigid_columns(motion) @ known
         for k, slides in enumerate(self.prismatic):
             spring = self.value(theta, "Ks", k) * (motion.q[:, k] - self.value(theta, "epos", k))

@@ -97,7 +97,7 @@ def run_rows(calibration: Calibration) -> list[tuple[str, ...]]:
     return rows
 
 
-def checked(campaign: ForeignCampaign, simulator: ForeignSimulator) -> Told:
+def tell_check(campaign: ForeignCampaign, simulator: ForeignSimulator) -> Told:
     """Tell what `measurement.check` says of a campaign about an FMU.
 
     Parameters
@@ -159,7 +159,7 @@ def attention(calibration: Calibration) -> list[str]:
     return [*said, *calibration.remarks]
 
 
-def summary_told(calibration: Calibration) -> Told:
+def tell_summary(calibration: Calibration) -> Told:
     """Tell what the command tells at its end: parameters, runs, outcome, and what needs attention.
 
     Parameters

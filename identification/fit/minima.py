@@ -96,7 +96,7 @@ def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> De
     -------
     Descent
     """
-    return descend(problem, problem.first(theta), tell)
+    return descend(problem, problem.unknowns_at(theta), tell)
 
 
 def _more(problem: Problem, done: Sequence[Descent]) -> int:

@@ -54,7 +54,7 @@ def guess_of_device(
     """
     joints = runs[0].free_joints if runs else ()
     tails = [f"_{j}" if len(joints) > 1 else "" for j in joints]
-    open_ones = [_unstated(equations, tail, k, stated) for k, tail in enumerate(tails)]
+    open_ones = [_ids_at_defaults(equations, tail, k, stated) for k, tail in enumerate(tails)]
     if not any(open_ones) or not any(run.use == "fit" for run in runs):
         return equations
     gain = [equations.parameter(f"Kp{tail}").initial for tail in tails]
@@ -85,7 +85,7 @@ def states_no_friction(device: Device, joints: Sequence[int], posture: Sequence[
     """
     equations = configuration_equations(device, joints, posture or None)
     tails = [f"_{j}" if len(joints) > 1 else "" for j in joints]
-    return all(_unstated(equations, tail, k, ()) for k, tail in enumerate(tails))
+    return all(_ids_at_defaults(equations, tail, k, ()) for k, tail in enumerate(tails))
 
 
 def guess_along(
@@ -132,7 +132,7 @@ def _friction(
     return changes
 
 
-def _unstated(equations: Equations, tail: str, k: int, stated: Collection[str]) -> list[str]:
+def _ids_at_defaults(equations: Equations, tail: str, k: int, stated: Collection[str]) -> list[str]:
     """Return the ids of a joint's positive friction parameters that stand at the defaults, without its number."""
     found = []
     for row in law_named(equations.friction[k]).parameters:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.building.packaging import Fmu, Kind
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.job.job import Identification
 from haptid.identification.sequence.carried_fit import FILE
@@ -12,6 +12,7 @@ from haptid.identification.verification.closed_loop_fmu import export_closed_loo
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.support.files.files import write_json
+from haptid.support.processes.threads import map_threads
 
 KINDS: tuple[tuple[Kind, str], ...] = (("python", ""), ("native", "_native"))
 """Packagings, and what they add to the name of the file."""
@@ -52,7 +53,12 @@ def export_models(made: Identification, campaign: Campaign, device: Device | Non
     if not data["links"]:
         return []
     name = Path(device.name).stem
-    fmus = [export_full(device, data, folder / f"{name}{tail}.fmu", kind, folder=folder) for kind, tail in KINDS]
+
+    def build(kind: Kind, tail: str) -> Fmu:
+        return export_full(device, data, folder / f"{name}{tail}.fmu", kind, folder=folder)
+
+    # Each waits for the C compiler, which runs in processes of its own.
+    fmus = map_threads(build, *zip(*KINDS, strict=True), threads=made.workers)
     loop = export_closed_loop(fmus[-1], campaign.extra.get("controller"), campaign.runs, made.verification, folder)
     if loop is not None:
         data["verification"]["as_fmus"] = loop.as_json()

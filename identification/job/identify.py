@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from haptid.fmu_build.accuracy.draws import COUNT
+from haptid.identification.job.ahead import Ahead, compilations_of
 from haptid.identification.job.job import Identification, Job
 from haptid.identification.job.provenance import provenance
 from haptid.identification.optimise.chosen_workers import workers_of
@@ -52,7 +53,9 @@ def identify(job: Job, listener: Listener, finished: Callable[[Step], None] = la
     InputError, WritingError
         Where the folder cannot be written, or the scheduler not be reached.
     """
-    steps, data = _fit_configurations(job, listener, finished)
+    with Ahead(compilations_of(job)) as ahead:
+        steps, data = _fit_configurations(job, listener, finished, ahead)
+        ahead.wait(len(steps))
     listener.progress("whole device")
     whole, verification = _combine(job, steps)
     data |= {"links": _links_json(whole), "verification": verification.as_json()}
@@ -60,11 +63,13 @@ def identify(job: Job, listener: Listener, finished: Callable[[Step], None] = la
     name = job.device.name if job.device else ""
     data["draws"] = write_draws(steps, whole, job.out, name=name, seed=job.options.seed)
     write_json(job.file, data)
-    return Identification(steps=steps, verification=verification, data=data, build=job.build)
+    return Identification(
+        steps=steps, verification=verification, data=data, build=job.build, workers=job.options.workers
+    )
 
 
 def _fit_configurations(
-    job: Job, listener: Listener, finished: Callable[[Step], None]
+    job: Job, listener: Listener, finished: Callable[[Step], None], ahead: Ahead
 ) -> tuple[tuple[Step, ...], dict[str, Any]]:
     """Fit every configuration; the results so far are on disk after each."""
     digest = inputs_digest(job.campaign, job.device, job.configurations, job.options, str(job.kind))
@@ -90,6 +95,7 @@ def _fit_configurations(
         # What was kept takes no time, and is no measure of what is left.
         first = min(len(entries), count - 1)
         listener.progress(_title(job, first), first, count, "equations and kernels")
+        ahead.wait(0)
         for step in sequence.steps(job.configurations):
             steps.append(step)
             source = data_digest(job.campaign, job.device, step.configuration)
@@ -99,6 +105,7 @@ def _fit_configurations(
             finished(step)
             if first < len(steps) < count:
                 listener.progress(_title(job, len(steps)), len(steps), count, "equations and kernels")
+                ahead.wait(len(steps))
     return tuple(steps), data
 
 
@@ -135,9 +142,8 @@ def _combine(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verificat
     whole = whole_device(device, steps, seed=job.options.seed, draws=COUNT)
     controller = job.campaign.extra.get("controller")
     unseen = [run for run in job.campaign.runs if run.use == "validate"]
-    return whole, verify(
-        device, whole.values, unseen, controller, draws=whole.draws[: THRESHOLDS.draws_of_whole_device]
-    )
+    draws = whole.draws[: THRESHOLDS.draws_of_whole_device]
+    return whole, verify(device, whole.values, unseen, controller, draws=draws, threads=job.options.workers)
 
 
 def _links_json(whole: Whole | None) -> dict[str, Any]:

@@ -88,12 +88,15 @@ class Identification:
         Content of ``identification.json``.
     build
         Function from equations to the simulator that ran the fits.
+    workers
+        Most processes or threads of what follows [1].
     """
 
     steps: tuple[Step, ...]
     verification: Verification
     data: dict[str, Any]
     build: Build
+    workers: int = 1
 
     def finish(self, folder: Path) -> None:
         """Write ``identification.json`` as complete: an interrupted identification is continued only before.

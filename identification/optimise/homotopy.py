@@ -200,5 +200,5 @@ def feasible(problem: Problem, x: Array) -> Array:
     inside = x.copy()
     room = np.where(np.isfinite(upper - lower), 1e-6 * (upper - lower), 0.0)
     inside[:n] = np.clip(x[:n], lower + room, upper - room)
-    inside[:n] = problem.parametrisation.ordered(inside[:n], margin=1e-3)
+    inside[:n] = problem.parametrisation.put_in_order(inside[:n], margin=1e-3)
     return inside

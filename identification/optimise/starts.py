@@ -50,5 +50,5 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
             if q.prior is not None:
                 shift = float(np.clip(norm.ppf(np.clip(point[k], 1e-3, 1 - 1e-3)), -2.0, 2.0))
                 s[k] = centre[k] + shift * q.prior.std / slope[k]
-        starts.append(parametrisation.physical(parametrisation.ordered(s)))
+        starts.append(parametrisation.physical(parametrisation.put_in_order(s)))
     return tuple(starts)

@@ -88,7 +88,7 @@ def residual_unit(step: Step) -> str:
     return unit_for("N m" if step.torque_scored else "rad", step.configuration.runs[0].prismatic)
 
 
-def summary_told(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told:
+def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told:
     """Tell what came out of a campaign.
 
     Parameters

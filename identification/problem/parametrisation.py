@@ -255,7 +255,7 @@ class Parametrisation:
             held &= theta[..., place[above]] >= theta[..., place[below]]
         return held
 
-    def ordered(self, s: Array, margin: float = 0.0) -> Array:
+    def put_in_order(self, s: Array, margin: float = 0.0) -> Array:
         """Move coordinates to where they meet bounds and orderings, by alternating projections.
 
         Parameters

@@ -180,7 +180,7 @@ class Problem:
         """
         return tuple(start.at(x[part]) for start, part in zip(self.starts, self.slices(), strict=True))
 
-    def first(self, theta: Array) -> Array:
+    def unknowns_at(self, theta: Array) -> Array:
         """Return the unknowns at given parameters, with every run started at δ = 0.
 
         Parameters

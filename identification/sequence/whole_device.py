@@ -119,10 +119,10 @@ def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Genera
     for k, d in zip(rest, shift, strict=True):
         q = fit.equations.parameter(fit.free[k])
         moved[q.id] = float(np.clip(fit.values[q.id] + std[k] * d, q.lower, q.upper))
-    return in_order(fit.values | moved, fit.equations.orderings, moved)
+    return restore_orderings(fit.values | moved, fit.equations.orderings, moved)
 
 
-def in_order(
+def restore_orderings(
     values: Mapping[str, float], orderings: Iterable[tuple[str, str]], moved: Collection[str]
 ) -> dict[str, float]:
     """Restore the orderings of pairs of parameters.
@@ -144,7 +144,7 @@ def in_order(
 
     Examples
     --------
-    >>> in_order({"Fs": 1.0, "Fc": 1.1}, [("Fs", "Fc")], moved=["Fs", "Fc"])
+    >>> restore_orderings({"Fs": 1.0, "Fc": 1.1}, [("Fs", "Fc")], moved=["Fs", "Fc"])
     {'Fs': 1.1, 'Fc': 1.1}
     """
     result = dict(values)

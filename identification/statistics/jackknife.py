@@ -150,7 +150,7 @@ def leave_out_blocks(roots: Sequence[Array], blocks: int) -> list[tuple[Array, .
 
 
 def _unknowns(problem: Problem, fit: Fit) -> Array:
-    x = problem.first(fit.theta)
+    x = problem.unknowns_at(fit.theta)
     for run, start, part in zip(problem.runs, problem.starts, problem.slices(), strict=True):
         index = list(start.states)
         x[part] = (fit.x0[run.file][index] - start.base[index]) / start.unit

@@ -74,16 +74,16 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     rows = slice(0, rows_of_start(run))
 
     @lru_cache(maxsize=2)  # SciPy asks for residual and Jacobian apart: one simulation gives both
-    def whitened(*delta: float) -> tuple[Array, Array]:
+    def whiten_at(*delta: float) -> tuple[Array, Array]:
         return _whiten(simulator, theta, run, start, np.array(delta), rows)
 
     first = np.zeros(len(start.states))
-    if not np.isfinite(whitened(*first)[0]).all():
+    if not np.isfinite(whiten_at(*first)[0]).all():
         return start.at(first)
     best = least_squares(
-        lambda delta: whitened(*delta)[0],
+        lambda delta: whiten_at(*delta)[0],
         first,
-        lambda delta: whitened(*delta)[1],
+        lambda delta: whiten_at(*delta)[1],
         ftol=THRESHOLDS.cost_change_of_initial_state,
         max_nfev=THRESHOLDS.most_simulations_of_initial_state,
     )

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
+from haptid.support.processes.threads import map_threads
 
 
 def verify(
@@ -37,6 +39,7 @@ def verify(
     *,
     draws: Sequence[Mapping[str, float]] | None = None,
     effects: Effects | None = None,
+    threads: int = 1,
 ) -> Verification:
     """Simulate the runs with all joints free by the whole model and compare them with the measurement.
 
@@ -55,6 +58,8 @@ def verify(
         Draws of the values by id from their uncertainty; an id that a draw leaves out has its entry in ``values``.
     effects
         Effects that are added to the model, by joint.
+    threads
+        Threads that simulate the draws side by side; the result does not depend on their number.
 
     Returns
     -------
@@ -76,7 +81,9 @@ def verify(
     theta = _theta({q.id: q.initial for q in equations.parameters}, values)
     drawn = [_theta(dict(zip(ids, theta, strict=True)), draw) for draw in draws or ()]
     kernel = cached_kernel(equations) if wanted else None
-    checks = [check for run in wanted if kernel for check in _check_run(kernel, theta, drawn, run, controller)]
+    checks = [
+        check for run in wanted if kernel for check in _check_run(kernel, [theta, *drawn], run, controller, threads)
+    ]
     assumed = tuple(q.id for q in equations.parameters if q.id not in values and not q.fixed)
     return Verification(runs=tuple(checks), law=controller.law if controller else "", assumed=assumed)
 
@@ -89,13 +96,16 @@ def _theta(base: Mapping[str, float], values: Mapping[str, float]) -> Array:
 
 
 def _check_run(
-    kernel: CompiledKernel, theta: Array, draws: Sequence[Array], run: Run, controller: Controller | None
+    kernel: CompiledKernel, thetas: Sequence[Array], run: Run, controller: Controller | None, threads: int
 ) -> list[RunCheck]:
+    """Check a run at the identified values, which come first, and at draws of them."""
     checks, reference = [], reference_of(run)
     if controller is not None and reference is not None:
-        made = [simulate_closed_loop(kernel, p, run, controller, reference) for p in (theta, *draws)]
+        closed = partial(simulate_closed_loop, kernel, run=run, controller=controller, reference=reference)
+        made = map_threads(closed, thetas, threads=threads)
         checks.append(_check(run, "closed_loop", [y for y, _ in made], made[0][1]))
-    checks.append(_check(run, "open_loop", [simulate_recorded(kernel, p, run) for p in (theta, *draws)], run.u))
+    opened = map_threads(partial(simulate_recorded, kernel, run=run), thetas, threads=threads)
+    checks.append(_check(run, "open_loop", opened, run.u))
     return checks
 
 

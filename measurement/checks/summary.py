@@ -159,7 +159,7 @@ def _own_words(run: Run) -> list[str]:
     return [*([f"excluded: {run.reason}"] if run.use == "excluded" else []), *run.notes]
 
 
-def table_told(rows: tuple[Row, ...]) -> Told:
+def tell_table(rows: tuple[Row, ...]) -> Told:
     """Lay the rows out as a table, with the remarks below.
 
     Parameters

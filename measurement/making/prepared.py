@@ -103,7 +103,9 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     """
     understood = [understand_columns(table.columns, answers.stated, answers.resolution) for table in tables]
     understood = _counted_from_zero(tables, understood, answers)
-    named = [_named(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)]
+    named = [
+        _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
+    ]
     if not mend:
         uses = ["validate" if table.file_name in answers.validate else "fit" for table in tables]
         rows = zip(named, understood, uses, strict=True)
@@ -145,7 +147,7 @@ def _one_less(found: re.Match[str]) -> str:
     return f"_{int(found.group(1)) - 1}"
 
 
-def _named(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:
+def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:
     """Return a table with the columns of the campaign format and without rows that cannot be used."""
     names = {column: targets[column].name if column in targets else column for column in table.columns}
     needed = [column for column, name in names.items() if _is_needed(name)]

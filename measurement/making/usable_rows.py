@@ -95,7 +95,7 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
     lost = np.diff(np.cumsum(empty)[kept], prepend=0) > 0
     # Rows before the first complete one are not missing: the run begins there.
     lost[0] = False
-    words = [_counted(int(empty.sum()), "with empty cells"), _counted(int(repeats.sum()), "that repeat a time")]
+    words = [_count_rows(int(empty.sum()), "with empty cells"), _count_rows(int(repeats.sum()), "that repeat a time")]
     about = " and ".join(word for word in words if word)
     rows = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True))
     return UsableTable(table=rows, lost=lost, about=(f"without {about}",))
@@ -113,7 +113,7 @@ def _mostly_empty(table: Table, needed: Sequence[str], empty: Mask) -> InputErro
     return InputError(f"{table.row(row)}, {column}", expected="a finite number", got="an empty or NaN cell", todo=todo)
 
 
-def _counted(rows: int, what: str) -> str:
+def _count_rows(rows: int, what: str) -> str:
     return f"{rows} row{'s' * (rows > 1)} {what}" if rows else ""
 
 

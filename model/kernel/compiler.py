@@ -84,6 +84,10 @@ def compile_shared(
     if is_sealed(library):
         return library
     target = ["-target", triple] if triple else ["-march=native"]
+    if triple is None and sys.platform == "linux":
+        # The process that loads the library has a libc; the compiler would first make the files of one to link with,
+        # which takes seconds where its cache is new.
+        target.append("-nostdlib")
     # built in a folder beside the library and then renamed: no other process sees a library that is half written
     with writing_to_cache(), tempfile.TemporaryDirectory(dir=library.parent) as name:
         folder = Path(name)

@@ -227,7 +227,7 @@ def _panel_of(axis: Axes, content: _Content) -> Panel:
 
 
 def _fill_of(area: _Area, rows: Rows) -> Fill:
-    return Fill(ink=area.ink, opacity=area.opacity, low=_packed(area.low[rows]), high=_packed(area.high[rows]))
+    return Fill(ink=area.ink, opacity=area.opacity, low=_pack(area.low[rows]), high=_pack(area.high[rows]))
 
 
 def _x_label(axis: Axes) -> str:
@@ -271,8 +271,8 @@ def _curve_of(line: Line2D, x: Array, y: Array) -> Curve:
         opacity=1.0 if line.get_alpha() is None else float(line.get_alpha() or 0.0),
         dashed=line.get_linestyle() in ("--", ":", "-."),
         dots=_is_dotted(line),
-        x=_packed(x),
-        y=_packed(y),
+        x=_pack(x),
+        y=_pack(y),
     )
 
 
@@ -285,7 +285,7 @@ def _coordinates(line: Line2D) -> tuple[Array, Array]:
     return np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
 
 
-def _packed(values: Array) -> Numbers:
+def _pack(values: Array) -> Numbers:
     known = np.isfinite(values)
     low, high = (float(end(values[known])) if known.any() else 0.0 for end in (np.min, np.max))
     share = (np.where(known, values, low) - low) / ((high - low) or 1.0)

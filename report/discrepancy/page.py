@@ -20,7 +20,7 @@ from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
 from haptid.report.discrepancy.motion_pictures import before_after_pictures
 from haptid.report.discrepancy.unnamed_section import unnamed_section
-from haptid.report.discrepancy.where_pictures import where_picture
+from haptid.report.discrepancy.where_pictures import localisation_picture
 from haptid.support.numbers import plain
 
 LARGEST_CHANGE_UNTOLD = 5e-4
@@ -203,7 +203,7 @@ def _make_parameter_table(finding: Finding) -> Table:
     return Table(header=("parameter", "before", "after", "change", "unit"), rows=rows)
 
 
-def _moved(finding: Finding) -> Section:
+def _parameters_section(finding: Finding) -> Section:
     """Return the table of the parameters before and after; a sentence where none moved."""
     base, final = finding.search.before.solution.values, finding.search.best.solution.values
     free = [p.id for p in finding.search.plain.solution.equations.parameters if not p.fixed]
@@ -254,7 +254,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
     unnamed = [unnamed_section(j.shape, runs, finding.joints, _slides(finding))] if j.shape else []
-    where_pictured = where_picture(finding.maps, _slides(finding))
+    where_pictured = localisation_picture(finding.maps, _slides(finding))
     sections = [
         Section(
             title="Before and after", anchor="gap", paragraphs=_in_words(finding),
@@ -266,7 +266,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
         Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_pictured]),
         Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),
         _detectable(finding),
-        _moved(finding),
+        _parameters_section(finding),
         Section(title="Scores of the whole catalogue", folded=True, tables=[_scores(finding)]),
     ]  # fmt: skip
     best, tried = finding.search.base.reached, len(finding.search.base.costs)

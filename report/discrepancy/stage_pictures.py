@@ -17,7 +17,7 @@ from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, BAND, RESIDUAL, figure, png, style
 from haptid.report.discrepancy.motion_pictures import before_after_figure
-from haptid.report.discrepancy.where_pictures import where_figure
+from haptid.report.discrepancy.where_pictures import localisation_figure
 from haptid.support.files.files import write_bytes
 
 MOST_SCORES_SHOWN = 15
@@ -125,7 +125,9 @@ def stage_figure(staged: Staged) -> Figure:
     """
     if staged.scan is not None:
         return scores_figure(staged.scan)
-    return where_figure(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_figure(staged.curves)
+    return (
+        localisation_figure(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_figure(staged.curves)
+    )
 
 
 def write_pictures(finding: Finding, folder: Path) -> None:
@@ -145,7 +147,7 @@ def write_pictures(finding: Finding, folder: Path) -> None:
     """
     drawn = {
         "gap": gap_figure(finding.curves),
-        "where": where_figure(finding.maps, finding.search.study.fitted[0].prismatic),
+        "where": localisation_figure(finding.maps, finding.search.study.fitted[0].prismatic),
         "what": scores_figure(finding.search.scan),
         "after": before_after_figure(finding.curves),
     }

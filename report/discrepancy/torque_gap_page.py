@@ -17,7 +17,7 @@ from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
 from haptid.report.discrepancy.glance import torque_glance
 from haptid.report.discrepancy.page import write_share
-from haptid.report.discrepancy.where_pictures import where_picture
+from haptid.report.discrepancy.where_pictures import localisation_picture
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
@@ -201,7 +201,7 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Pa
         "to position from friction bound to position but by their signs: sweeps at two more speeds, and one with "
         "reversals in the middle of the travel, would."
     )
-    where = where_picture(finding.maps, [found.study.prismatic])
+    where = localisation_picture(finding.maps, [found.study.prismatic])
     sections = [
         Section(title="Before and after", anchor="gap", pictures=[torque_picture(finding)], tables=[_gaps(finding)]),
         Section(title="What is missing", anchor="what", tables=[_effects(finding)]),

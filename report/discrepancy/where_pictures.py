@@ -16,7 +16,7 @@ from haptid.report.common.page import Picture
 from haptid.report.common.style import MEASURED, RESIDUAL, figure, style
 
 
-def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
+def localisation_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
     """Draw the residual localisation: the shares of excess residual energy and of samples in every bin of a variable.
 
     Parameters
@@ -29,23 +29,23 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
     Returns
     -------
     Picture
-        What `where_figure` draws.
+        What `localisation_figure` draws.
     """
     return picture_of(
-        where_figure(maps, prismatic),
+        localisation_figure(maps, prismatic),
         caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
         "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
         alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
     )
 
 
-def where_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
+def localisation_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
     """Draw the shares of excess residual energy and of samples in every bin of each variable.
 
     Parameters
     ----------
     maps, prismatic
-        As `where_picture` takes them.
+        As `localisation_picture` takes them.
 
     Returns
     -------

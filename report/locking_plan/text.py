@@ -19,7 +19,7 @@ from haptid.report.locking_plan.tables import (
 from haptid.support.tables import Table, Told
 
 
-def plan_told(plan: Data) -> Told:
+def tell_plan(plan: Data) -> Told:
     """Tell the plan.
 
     Parameters

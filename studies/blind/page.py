@@ -11,6 +11,7 @@ from haptid.report.common.style import png
 from haptid.support.command import exit_codes
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json, write_bytes, write_text
+from studies.blind.outcome import RIGHT
 from studies.blind.picture import confusion_picture
 from studies.blind.stranger_page import SAID, count_kinds, describe_cases
 
@@ -172,8 +173,7 @@ def _stranger_part(path: Path, study: Row) -> str:
 
 
 def _not_right(cases: list[Row]) -> list[Row]:
-    right = ("named", "among_alternatives", "nothing_rightly", "flagged")
-    return [c for c in cases if c["result"] not in right]
+    return [c for c in cases if c["result"] not in RIGHT]
 
 
 def _wrong(case: Row, study: Row) -> tuple[str, ...]:

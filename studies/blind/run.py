@@ -23,9 +23,10 @@ import numpy as np
 
 from haptid.model.effects.effect import match_parameters
 from haptid.model.effects.registry import catalogue
-from haptid.support.command import exit_codes, progress
+from haptid.support.command import exit_codes
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
+from haptid.support.terminal import Count
 from studies.blind.outcome import MEANING, Outcome, score_case
 from studies.blind.score import summary
 from studies.blind.settle import with_run
@@ -95,7 +96,7 @@ def main(
     if choices["truth"] != "own":  # the other passes know the formulas of the catalogue
         asked, leave_out, settle = {**asked, "truth": choices["truth"]}, False, False
     bar: Any
-    with progress(total=choices["cases"], title="cases made", quiet=choices["quiet"]) as bar:
+    with Count(total=choices["cases"], title="cases made", quiet=choices["quiet"]) as bar:
         names = make(out, asked, workers, lambda made: bar.update(made - bar.n))
     lacks = tuple(part for part in choices["without"].split(",") if part)
     jobs = [Job(case=name, campaign=out / "cases" / name, out=out / "found" / name, without=lacks) for name in names]
@@ -154,7 +155,7 @@ class _Passes:
         stamp = digest()
         bar: Any
         try:
-            with progress(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
+            with Count(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
                 work_all(
                     jobs, seed=self.choices["seed"], workers=self.workers, limit=self.choices["limit"], until=until,
                     tell=bar.update,

@@ -22,9 +22,10 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal
 from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS
-from haptid.support.command import exit_codes, parse_joints, progress
+from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
+from haptid.support.terminal import Count
 from studies.calibration.result import judge_ranks, page, table
 from studies.calibration.simulation_based import Design, Outcome, rank_one_set
 from studies.ledger.version import git_version
@@ -70,7 +71,7 @@ def main(joints: str, sets: int, seed: int, workers: int, out: Path, *, quiet: b
             design = design_of(campaign, joint)
             tasks = [(design, k, seed) for k in range(sets)]
             bar: Any
-            with progress(total=sets, title=f"joint {joint}", quiet=quiet) as bar:
+            with Count(total=sets, title=f"joint {joint}", quiet=quiet) as bar:
 
                 def more(done: Sequence[Outcome], bar: Any = bar, joint: int = joint, design: Design = design) -> int:
                     bar.update(len(done) - bar.n)

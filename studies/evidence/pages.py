@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from docs.tables import table
+from docs.parts.tables import table
 from studies.blind.outcome import MEANING, Outcome
 from studies.blind.page import share
 from studies.blind.score import Row, by_kind_and_size, coverage, share_of, summarise_spread

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import click
 
-from docs.tables import with_parts
+from docs.parts.tables import with_parts
 from haptid.report.common.style import png
 from haptid.support.command import exit_codes
 from haptid.support.files.files import write_bytes, write_text

@@ -20,9 +20,10 @@ from typing import Any
 
 import click
 
-from haptid.support.command import exit_codes, progress
+from haptid.support.command import exit_codes
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import write_json, write_text
+from haptid.support.terminal import Count
 from studies.blind.study import PACKAGES, digest
 from studies.thresholds.one_run import Run, end_runs, run_apart
 from studies.thresholds.outcome import cost_ratio, differences
@@ -168,7 +169,7 @@ class Study:
         """
         left = [case for case in self.panel if case.name not in self.stored["delivered"]]
         bar: Any
-        with progress(total=len(left), title="as delivered", quiet=self.quiet) as bar:
+        with Count(total=len(left), title="as delivered", quiet=self.quiet) as bar:
             for case in self.panel:
                 folder = self.folder(case)
                 if case in left or not (folder / "campaign.toml").exists():
@@ -194,7 +195,7 @@ class Study:
         left = iter([one for one in changes if not self._is_finished(one)])
         bar: Any
         with (
-            progress(total=len(changes), title="changes", quiet=self.quiet) as bar,
+            Count(total=len(changes), title="changes", quiet=self.quiet) as bar,
             ThreadPoolExecutor(self.workers) as pool,
         ):
             bar.update(sum(map(self._is_finished, changes)))

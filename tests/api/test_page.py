@@ -14,8 +14,8 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 
-from docs import python_api
-from docs.api_reference import CLASSES, api_page
+from docs.from_code.api_reference import CLASSES, api_page
+from docs.from_runs import python_api
 from haptid import Campaign, Identified, InputError, Missing, Posteriors
 from haptid.fmu_build.native.platforms import PLATFORMS
 from haptid.report.posterior.overview import relative_widths
@@ -122,7 +122,7 @@ def test_stored_posteriors_give_the_same_tables_draws_and_plots(page, posteriors
     with pytest.raises(InputError, match="of_joint: expected a sampling of this program"):
         stored.of_joint()
     made = relative_widths(posteriors.of_joint())  # the page's own computation
-    kept = stored._stored(0).relative_widths()
+    kept = stored._read_posterior(0).relative_widths()
     for one, other in zip(made, kept, strict=True):
         assert one == other if isinstance(one, list) else np.allclose(one, other, rtol=1e-9)
 

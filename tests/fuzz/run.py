@@ -21,10 +21,11 @@ from typing import Any
 
 import click
 
-from haptid.support.command import exit_codes, progress
+from haptid.support.command import exit_codes
 from haptid.support.errors import one_line
 from haptid.support.files.files import write_bytes, write_json, write_text
 from haptid.support.processes.pool import Pool
+from haptid.support.terminal import Count
 from tests.fuzz.harness import Fault, Tally, Target, call, drawn
 from tests.fuzz.recordings import StandingPool
 from tests.fuzz.targets import TARGETS
@@ -113,7 +114,7 @@ def _fuzz(pool: Pool, name: str, inputs: int, first: int, quiet: bool) -> dict[s
         pool.submit(fuzz_part, name, f"{name} {first + k}", min(BATCH, inputs - k * BATCH))
         for k in range(-(-inputs // BATCH))
     ]
-    with progress(total=inputs, title=name, quiet=quiet) as bar:
+    with Count(total=inputs, title=name, quiet=quiet) as bar:
         done = []
         for part in as_completed(parts):
             done.append(part.result())

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from docs import campaign_file
-from docs.device_file import EXAMPLES
+from docs.from_code import campaign_file
+from docs.from_code.device_file import EXAMPLES
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.format.reading import read_campaign
 
-LISTED = campaign_file.listed()
+LISTED = campaign_file.list_keys()
 ROWS = [(kind, row[0], row[4]) for kind in campaign_file.KEYS for row in LISTED[kind]]
 
 

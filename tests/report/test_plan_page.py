@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from haptid.report.locking_plan.page import plan_page
-from haptid.report.locking_plan.text import plan_told
+from haptid.report.locking_plan.text import tell_plan
 from haptid.support.tables import text_of
 from tests.report.reading import Seen, seen
 
@@ -115,7 +115,7 @@ def test_runs_have_amplitude_and_frequency_and_errors_shrink(page):
 
 
 def test_the_text_has_the_same_numbers():
-    lines = text_of(plan_told(PLAN)).splitlines()
+    lines = text_of(tell_plan(PLAN)).splitlines()
     assert "Base parameters of the full model: 19 (exact), 18 (numeric rank); these tests reach 12 with" in lines[2]
     assert lines[2].endswith("at home, 16 over postures")
     assert lines[3] == "Unknowns: 37 at once, at most 23 in one stage"

@@ -8,7 +8,7 @@ from typing import get_args
 
 import pytest
 
-from docs import outcomes
+from docs.from_code import outcomes
 from haptid.discrepancy.verdict.verdict import Verdict
 from haptid.identification.result.outcome import Outcome
 from haptid.report.common.page import Cell, Page, Section, Table, word_cell

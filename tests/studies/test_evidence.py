@@ -11,7 +11,7 @@ from typing import Any, get_args
 import pytest
 from click.testing import CliRunner
 
-from docs.tables import with_parts
+from docs.parts.tables import with_parts
 from haptid.support.errors import InputError
 from studies.blind.outcome import RIGHT, Result
 from studies.evidence.enter import main as enter

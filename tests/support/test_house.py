@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+from collections import Counter
 
 import pytest
 
@@ -23,6 +24,20 @@ from benchmarks.house import (
 from haptid.support.installing.environment import ROOT
 
 RESULTS = ROOT / "docs" / "results"
+PACKAGES = (
+    "api",
+    "discrepancy",
+    "fmu_build",
+    "identification",
+    "measurement",
+    "model",
+    "noise",
+    "report",
+    "support",
+    "uq",
+)
+MOST_MODULES = 12
+"""Most modules of a room, beside the one that says what the room is for."""
 
 
 def module(text: str, name: str = "model.a") -> Module:
@@ -79,3 +94,13 @@ def test_a_cycle_is_counted_and_is_one_link_of_a_chain():
     graph = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set()}
     assert cycles_of(graph) == [{"b", "c"}]
     assert longest_chain(graph) == 3
+
+
+def test_no_room_holds_more_than_twelve_modules():
+    rooms = Counter(
+        path.parent.relative_to(ROOT).as_posix()
+        for top in (*PACKAGES, "benchmarks", "docs", "studies")
+        for path in (ROOT / top).rglob("*.py")
+        if path.name != "__init__.py"
+    )
+    assert {room: count for room, count in rooms.items() if count > MOST_MODULES} == {}

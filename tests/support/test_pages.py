@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from docs import architecture, constants, friction, gallery, paper, search_figure
-from docs.equations import BLOCK, TAG, mathml_of, with_equations
+from docs.from_code import architecture, constants, friction, search_figure
+from docs.from_runs import gallery, paper
+from docs.parts.equations import BLOCK, TAG, mathml_of, with_equations
 from haptid.model.device.reader import load_device
 from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
 from haptid.model.planning.locking_order import locking_order
@@ -80,26 +81,26 @@ def test_tables_of_the_friction_page_are_those_of_the_laws():
     assert set(friction.ACTS_ON) == {*SLOTS, USE_OF_BRISTLE}
 
 
-@pytest.mark.parametrize("name", constants.listed())
+@pytest.mark.parametrize("name", constants.list_constants())
 def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
     page = constants.THEORY / name
     assert text_of(page) == constants.with_tables(page), "run python -m docs.generate"
     prose = text_of(page).partition("## Constants")[0]
-    unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
+    unused = [c.symbol for c in constants.list_constants()[name] if c.symbol not in prose]
     assert not unused
 
 
 def test_tables_of_the_paper_are_those_of_the_stored_results():
     page = text_of(paper.PAGE)
     stored = json.loads(paper.STORED.read_text(encoding="utf-8"))
-    assert page == paper.with_tables(page, stored), "run python -m docs.paper"
+    assert page == paper.with_tables(page, stored), "run python -m docs.from_runs.paper"
     assert [one["figure"] for one in stored["figures"]] == list(range(4, 12))
 
 
 def test_tables_of_the_gallery_are_those_of_the_stored_results():
     page = text_of(gallery.PAGE)
     stored = json.loads(gallery.STORED.read_text(encoding="utf-8"))
-    assert page == gallery.with_tables(page, stored), "run python -m docs.gallery --tables"
+    assert page == gallery.with_tables(page, stored), "run python -m docs.from_runs.gallery --tables"
     for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page):
         assert (DOCS / picture).is_file()
 

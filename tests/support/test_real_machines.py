@@ -17,7 +17,7 @@ from benchmarks.machines.figure import Figure
 from benchmarks.machines.page import page_of, readme_text, short_name
 from benchmarks.machines.sets import SETS
 from benchmarks.real_machines import RESULTS, STORED, main
-from docs.tables import with_parts
+from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
 
 DATA = json.loads(STORED.read_text(encoding="utf-8"))

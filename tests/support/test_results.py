@@ -17,7 +17,7 @@ from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import page_of as performance_page
 from benchmarks.performance.page import text_table
 from benchmarks.simulators import page as simulators
-from docs.tables import with_parts
+from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
 from studies.calibration import result as calibration
 from studies.thresholds import page as thresholds

@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner
 
 import haptid
-from docs.shown_code import blocks_of, check_command, commands_of
+from docs.parts.shown_code import blocks_of, check_command, commands_of
 from haptid import Campaign, Identified, Missing, Posteriors
 from haptid.command_line import main
 from haptid.discrepancy.job.job import entries_without

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from docs import tutorial_page
-from docs.pendulum_tables import DURATION_S, FOLDER, NOISE_DEG, RATE_HZ, TESTS, TRUTH, simulate
-from docs.tutorial_page import MATCHES, Done, estimates_of, run_page
+from docs.from_runs import tutorial_page
+from docs.from_runs.pendulum_tables import DURATION_S, FOLDER, NOISE_DEG, RATE_HZ, TESTS, TRUTH, simulate
+from docs.from_runs.tutorial_page import MATCHES, Done, estimates_of, run_page
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="libcosimpy and the page's shell are there on Linux")
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
@@ -57,7 +57,7 @@ def test_two_simulators_give_the_unseen_motion_to_its_noise(ran):
 def test_the_tables_of_the_page_are_those_of_the_stored_results():
     page = tutorial_page.PAGE.read_text(encoding="utf-8")
     stored = json.loads(tutorial_page.STORED.read_text(encoding="utf-8"))
-    assert page == tutorial_page.with_tables(page, stored), "run python -m docs.tutorial_page"
+    assert page == tutorial_page.with_tables(page, stored), "run python -m docs.from_runs.tutorial_page"
 
 
 def test_the_shipped_tables_are_those_of_the_script():

@@ -144,7 +144,7 @@ def save_chains(posterior: ForeignPosterior, path: Path) -> Path:
     return write_netcdf(path, {"posterior": draws}, dims={}, coords={}, attributes=attributes)
 
 
-def summary_told(posterior: ForeignPosterior) -> Told:
+def tell_summary(posterior: ForeignPosterior) -> Told:
     """Tell a sentence for each parameter, the share of readings in each band, and what the sampler did.
 
     Parameters

@@ -17,7 +17,7 @@ from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise, tell_result
-from haptid.identification.output.summary import summary_told
+from haptid.identification.output.summary import tell_summary
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome
@@ -161,7 +161,7 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     told = tell_comparison(step)
     assert f"torque error {plain(errors['model'])} % (plain model {plain(errors['baseline'])} %)" in told
     assert told.endswith("on unseen runs")
-    summary = text_of(summary_told([step], {}))
+    summary = text_of(tell_summary([step], {}))
     assert f"joint 0: {told}" in summary
     (inertia,) = [line.split() for line in summary.splitlines() if line.startswith("inertia ")]
     assert inertia == [
@@ -174,7 +174,7 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     ]
     (fixed,) = [line.split() for line in summary.splitlines() if line.startswith("sigma0 ")]
     assert fixed[2] == "-"
-    assert "inertia " not in text_of(summary_told([step, step], {}))
+    assert "inertia " not in text_of(tell_summary([step, step], {}))
     assert tell_result(step).startswith("The plain model is the result")
     prediction = predict_unseen(made.compared)
     for name, figures in unseen.items():

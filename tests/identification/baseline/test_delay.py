@@ -14,7 +14,7 @@ from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.torque_fit import fit_torque
 from haptid.identification.output.plain_comparison import tell_delay
-from haptid.identification.output.summary import summary_told
+from haptid.identification.output.summary import tell_summary
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.result_json import step_json
@@ -189,7 +189,7 @@ def test_a_delay_is_told(late: list[Run]):
     told = tell_delay(step)
     assert told.startswith("the torque acts 7.")
     assert "after it is recorded: fit and plain model have this delay" in told
-    assert told in text_of(summary_told([step], {}))
+    assert told in text_of(tell_summary([step], {}))
     early = Delay(value=-2e-3, std=1e-4, rows=-1.0, held_out_gain=0.1)
     other = replace(compared, baseline=replace(compared.baseline, delay=early))
     assert "acts 2 ms ± 100 µs (1 rows) before it is recorded: the plain model has this delay, the fit has none" in (

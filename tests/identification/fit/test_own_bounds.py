@@ -105,7 +105,7 @@ def test_limit_of_a_spring_that_is_not_there_does_not_hang_on_where_its_equilibr
     for equilibrium in (0.0, 40.0):
         theta = fit.theta.copy()
         theta[fit.index("Ks")], theta[fit.index("epos")] = 0.0, equilibrium
-        limits[equilibrium] = float(np.sqrt(curvature(problem, problem.first(theta)).covariance[place, place]))
+        limits[equilibrium] = float(np.sqrt(curvature(problem, problem.unknowns_at(theta)).covariance[place, place]))
     assert limits[40.0] == pytest.approx(limits[0.0], rel=0.3)
 
 

@@ -155,7 +155,7 @@ def test_jackknife_of_a_problem_is_per_unknown(rich: Run) -> None:
     problem = Problem.of(simulator, (rich,), OPTIONS)
     weighted = replace(problem, roots=tuple(root * 1.0 for root in problem.roots))
     theta = np.array([truth_of(0)[q.id] for q in simulator.equations.parameters])
-    std = jackknife_std(weighted, problem.first(theta), Here(), blocks=3)
+    std = jackknife_std(weighted, problem.unknowns_at(theta), Here(), blocks=3)
     assert std.shape == (problem.size,)
     assert np.all(np.isfinite(std))
 

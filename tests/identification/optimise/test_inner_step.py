@@ -38,7 +38,7 @@ def test_steps_go_from_one_per_row_to_the_models_own(problem):
 def test_fmu_takes_the_step_of_the_kernel(problem, kind):
     kernel, run = problem.simulator, problem.runs[0]
     fmu = FmuSimulator.of(identification_fmu(kernel.equations, kind=kind), kernel.equations)
-    theta = problem.theta(problem.first(problem.parametrisation.initial))
+    theta = problem.theta(problem.unknowns_at(problem.parametrisation.initial))
     own = kernel.simulate(theta, run, sensitivities=True)
     for step in (THRESHOLDS.inner_step_s, 2.5e-3, 1.0):
         here = kernel.with_step(step).simulate(theta, run, gain=6.0, sensitivities=True)
@@ -55,7 +55,7 @@ def test_observed_passes_the_step_on(problem):
 
 
 def test_stiff_friction_gets_a_finer_step(problem):
-    x = problem.first(problem.parametrisation.initial)
+    x = problem.unknowns_at(problem.parametrisation.initial)
     calm = coarsen(problem, x, 20.0).simulator.step
     run = problem.runs[0]
     rough = problem.options.but(gains=(0.0,))
@@ -63,11 +63,11 @@ def test_stiff_friction_gets_a_finer_step(problem):
     theta = np.array([TRUE.get(q.id, q.initial) for q in problem.simulator.equations.parameters])
     clean = run.but(y=problem.simulator.simulate(theta, run).y)
     exact = Problem.of(problem.simulator, (clean,), rough)
-    assert coarsen(exact, exact.first(theta), 0.0).simulator.step == THRESHOLDS.inner_step_s < calm
+    assert coarsen(exact, exact.unknowns_at(theta), 0.0).simulator.step == THRESHOLDS.inner_step_s < calm
 
 
 def test_minimum_is_that_of_the_models_own_step(problem):
-    x = problem.first(problem.parametrisation.initial)
+    x = problem.unknowns_at(problem.parametrisation.initial)
     found = descend(problem, x)
     coarse = at_inner_step(problem, steps_of(problem)[0])
     blocks = problem.blocks(found.x)

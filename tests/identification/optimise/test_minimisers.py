@@ -48,7 +48,7 @@ def problem(**options) -> Problem:
 
 
 def guess(p: Problem):
-    return p.first(np.array([q.initial for q in equations().parameters]))
+    return p.unknowns_at(np.array([q.initial for q in equations().parameters]))
 
 
 def errors(p: Problem, x):
@@ -110,7 +110,7 @@ def test_bounds_and_ordering_hold():
     eq = equations().with_parameters({"Fs": {"upper": TRUE["Fc"] * 0.9, "initial": TRUE["Fc"] * 0.8}})
     sim = type(simulator())(eq, simulator().kernel)
     p = Problem.of(sim, tuple(run for run in runs() if run.use == "fit"), FitOptions(gains=(20.0, 0.0)))
-    found = descend(p, p.first(np.array([q.initial for q in eq.parameters])))
+    found = descend(p, p.unknowns_at(np.array([q.initial for q in eq.parameters])))
     theta = dict(zip((q.id for q in eq.parameters), p.theta(found.x), strict=True))
     assert theta["Fs"] <= TRUE["Fc"] * 0.9 * (1 + 1e-9)
     assert theta["Fs"] >= theta["Fc"] * (1 - 1e-9)

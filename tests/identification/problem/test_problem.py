@@ -24,7 +24,7 @@ def problem(**options) -> Problem:
 
 def true_x(p: Problem):
     theta = np.array([TRUE.get(q.id, q.initial) for q in equations().parameters])
-    return p.first(theta)
+    return p.unknowns_at(theta)
 
 
 @settings(deadline=None)

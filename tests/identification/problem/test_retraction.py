@@ -18,7 +18,7 @@ def retraction() -> Retraction:
 
 def start(retraction):
     problem = retraction.problem
-    x = problem.first(np.array([q.initial for q in equations().parameters]))
+    x = problem.unknowns_at(np.array([q.initial for q in equations().parameters]))
     x[problem.parametrisation.ids.index("epos")] = 0.4
     return x
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pickle
 from functools import cache
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind, build_fmu
+from haptid.fmu_build.native.platforms import this_platform
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
@@ -134,3 +136,9 @@ def test_a_shipped_fmu_is_refused(tmp_path):
     built = build_fmu(equations(4), tmp_path / "plain.fmu", platforms=())
     with pytest.raises(ValueError, match="identification=True"):
         FmuSimulator.of(built, equations(4))
+
+
+def test_an_identification_fmu_holds_loaders_for_this_machine_alone():
+    names = ZipFile(identification_fmu(equations(4)).path).namelist()
+    folders = {name.split("/")[1] for name in names if name.startswith("binaries/") and not name.endswith("/")}
+    assert folders <= {p.fmi2[0] for p in this_platform()}

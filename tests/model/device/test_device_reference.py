@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from docs import device_file
+from docs.from_code import device_file
 from haptid.model.device.device_table import parse_device
 from haptid.model.device.reader import load_device
 from haptid.model.plan import main as plan

@@ -1,8 +1,8 @@
 """Run the first tutorial from top to bottom, and keep its outputs, its times and what it identified.
 
-``python -m docs.tutorial_page`` runs the page's blocks ``bash`` and ``python`` in a new folder, each in a process of
-its own, as a reader would. It writes what they print into the blocks ``text`` below them, and times and estimates into
-the JSON beside the page, from which the tables of the page are made. The tests run the same blocks.
+``python -m docs.from_runs.tutorial_page`` runs the page's blocks ``bash`` and ``python`` in a new folder, each in a
+process of its own, as a reader would. It writes what they print into the blocks ``text`` below them, and times and
+estimates into the JSON beside the page, from which the tables of the page are made. The tests run the same blocks.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from typing import Any
 
 import click
 
-from docs.pendulum_tables import TRUTH
-from docs.tables import table, with_parts
+from docs.from_runs.pendulum_tables import TRUTH
+from docs.parts.tables import table, with_parts
 from haptid.support.files.files import write_json, write_text
 from haptid.support.installing.environment import ROOT
 
 PAGE = ROOT / "docs" / "tutorial" / "from_tables_to_fmu.md"
 STORED = PAGE.with_suffix(".json")
-SCRIPT = "docs/tutorial_page.py"
+SCRIPT = "docs/from_runs/tutorial_page.py"
 BLOCK = re.compile(r"```(?P<language>bash|python)\n(?P<code>.*?)```(?:\n\n```text\n(?P<shown>.*?)```)?", re.DOTALL)
 HEADING = re.compile(r"^## (\d+\. .*)$", re.MULTILINE)
 MATCHES = {"weight": "gravity_sin"}
@@ -120,13 +120,13 @@ def with_outputs(page: str, done: Sequence[Done]) -> str:
     """Return the page with what its blocks printed."""
     printed = iter(done)
 
-    def written(block: re.Match[str]) -> str:
+    def write_block(block: re.Match[str]) -> str:
         one = next(printed)
         if block["shown"] is None:
             return block[0]
         return f"{block[0].partition('```text')[0]}```text\n{one.printed}```"
 
-    return BLOCK.sub(written, page)
+    return BLOCK.sub(write_block, page)
 
 
 def estimates_of(folder: Path) -> dict[str, dict[str, Any]]:

@@ -1,7 +1,7 @@
 """Write the figures of ``docs/paper.md`` and its tables: what Tam, Kubica and Wang state, and what haptid computes.
 
-``python -m docs.paper --from RESULTS`` reads what ``haptid identify --out RESULTS`` wrote of the embedded campaign,
-draws the paper's Figs. 4 to 11 anew and stores their numbers; without it the tables alone are written again.
+``python -m docs.from_runs.paper --from RESULTS`` reads what ``haptid identify --out RESULTS`` wrote of the embedded
+campaign, draws the paper's Figs. 4 to 11 anew and stores their numbers; without it the tables alone are written again.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import click
 import numpy as np
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid import Campaign, Identified
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.simulators.kernel import KernelSimulator
@@ -30,7 +30,7 @@ from haptid.support.installing.environment import ROOT
 PAGE = ROOT / "docs" / "paper.md"
 STORED = ROOT / "docs" / "results" / "paper.json"
 PICTURE = ROOT / "docs" / "images" / "paper_figures.png"
-SCRIPT = "docs/paper.py"
+SCRIPT = "docs/from_runs/paper.py"
 SEQUENCE_OF_PAPER = ((4,), (5,), (3,), (2,), (1,), (0,), (0, 1))
 """Free joints of configurations 1 to 7 in Table I of the paper."""
 FIRST_SHOWN_S = 6.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from docs.drawing import Arrow, Box, figure
+from docs.parts.drawing import Arrow, Box, figure
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 

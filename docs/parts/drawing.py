@@ -44,7 +44,7 @@ class Box:
         middle = y + height / 2 + 5 - LINE_HEIGHT * len(self.lines) / 2
         texts = [(self.title, "title"), *((line, "small") for line in self.lines)]
         for number, (text, style) in enumerate(texts):
-            drawn += written(text, (x + width / 2, middle + LINE_HEIGHT * number), style, "middle")
+            drawn += write_line(text, (x + width / 2, middle + LINE_HEIGHT * number), style, "middle")
         return drawn
 
 
@@ -63,11 +63,11 @@ class Arrow:
         drawn = f'<polyline class="arrow" points="{points}"/>\n'
         x, y = self.label_at
         for number, text in enumerate(self.label):
-            drawn += written(text, (x, y + LINE_HEIGHT * number), "label", self.anchor)
+            drawn += write_line(text, (x, y + LINE_HEIGHT * number), "label", self.anchor)
         return drawn
 
 
-def written(text: str, at: Point, style: str, anchor: str) -> str:
+def write_line(text: str, at: Point, style: str, anchor: str) -> str:
     """Return one line of text."""
     return f'<text class="{style}" x="{at[0]}" y="{at[1]}" text-anchor="{anchor}">{escape(text)}</text>\n'
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from docs.tables import table
+from docs.parts.tables import table
 from haptid.api.campaign import Campaign
 from haptid.api.identified import Identified
 from haptid.api.missing import Missing
@@ -28,10 +28,10 @@ def api_page() -> str:
 
 
 def _class_section(one: type) -> str:
-    text = f"## {one.__name__}\n\n{_rendered(inspect.getdoc(one) or '')}"
+    text = f"## {one.__name__}\n\n{_render(inspect.getdoc(one) or '')}"
     for name, member in _members(one):
         kind = inspect.getattr_static(one, name)
-        doc = _rendered(inspect.getdoc(member) or "")
+        doc = _render(inspect.getdoc(member) or "")
         if isinstance(kind, property):
             text += f"### `{one.__name__}.{name}`\n\n{doc}"
         else:
@@ -64,7 +64,7 @@ def _signature(name: str, member: Any) -> str:
     return f"{name}({joined}\n) -> {returned}" if lines else f"{name}() -> {returned}"
 
 
-def _rendered(doc: str) -> str:
+def _render(doc: str) -> str:
     """Return a docstring of numpy's style as Markdown: each of its sections becomes a table or a paragraph."""
     first, *rest = _HEADING.split(doc)
     text = _words(first)
@@ -85,13 +85,13 @@ def _entries(body: str) -> list[tuple[str, str]]:
             entries.append((line, []))
         elif entries and line.strip():
             entries[-1][1].append(line.strip())
-    return [(name, _marked(" ".join(lines))) for name, lines in entries]
+    return [(name, _mark_code(" ".join(lines))) for name, lines in entries]
 
 
 def _words(text: str) -> str:
     paragraphs = [" ".join(part.split()) for part in text.strip().split("\n\n")]
-    return "".join(f"{_marked(part)}\n\n" for part in paragraphs if part)
+    return "".join(f"{_mark_code(part)}\n\n" for part in paragraphs if part)
 
 
-def _marked(text: str) -> str:
+def _mark_code(text: str) -> str:
     return text.replace("``", "`")

@@ -1,6 +1,6 @@
 """Write the tables of ``docs/reference/campaign_file.md``: meanings from a list, what a key accepts from the code.
 
-``python -m docs.campaign_file`` writes them, and the example from ``docs/examples/``.
+``python -m docs.from_code.campaign_file`` writes them, and the example from ``docs/examples/``.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import click
 
-from docs.device_file import example
-from docs.tables import table, with_parts
+from docs.from_code.device_file import example
+from docs.parts.tables import table, with_parts
 from haptid.measurement.format import schema
 from haptid.measurement.format.schema import Key
 from haptid.model.joint.parameter_table import all_ids
@@ -36,7 +36,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
 HEADER = ("key", "meaning", "accepts", "unit", "default", "example")
 
 
-def listed() -> dict[str, list[list[str]]]:
+def list_keys() -> dict[str, list[list[str]]]:
     """Return what is written of the keys of each table."""
     return tomllib.loads(LIST.read_text(encoding="utf-8"))
 
@@ -44,7 +44,7 @@ def listed() -> dict[str, list[list[str]]]:
 def keys_table(kind: str) -> str:
     """Return the keys of one table of ``campaign.toml``."""
     rows = []
-    for key, meaning, unit, default, value in listed()[kind]:
+    for key, meaning, unit, default, value in list_keys()[kind]:
         accepted = KEYS[kind][key].words
         rows.append((f"`{key}`", f"{meaning}.", accepted, unit, default, f"`{key} = {value}`"))
     return table(HEADER, rows)
@@ -52,7 +52,7 @@ def keys_table(kind: str) -> str:
 
 def columns_table() -> str:
     """Return the columns of a run's table."""
-    return table(("column", "meaning", "unit"), ((f"`{c}`", f"{m}.", u) for c, m, u in listed()["COLUMNS"]))
+    return table(("column", "meaning", "unit"), ((f"`{c}`", f"{m}.", u) for c, m, u in list_keys()["COLUMNS"]))
 
 
 def with_tables(page: str) -> str:
@@ -61,7 +61,7 @@ def with_tables(page: str) -> str:
     parts["COLUMNS"] = columns_table()
     parts["parameters"] = ", ".join(f"`{id}`" for id in all_ids())
     parts["example"] = example("campaign.toml", "toml")
-    return with_parts(page, parts, "docs/campaign_file.py")
+    return with_parts(page, parts, "docs/from_code/campaign_file.py")
 
 
 @click.command()

@@ -1,7 +1,7 @@
 """Write the tables of constants of the theory pages: symbols of a page, values of the code.
 
-``python -m docs.constants`` writes them from the list in ``docs/constants.toml``. A page states no threshold of its
-own: it names a symbol, and the table gives the value that the code has.
+``python -m docs.from_code.constants`` writes them from the list in ``docs/constants.toml``. A page states no threshold
+of its own: it names a symbol, and the table gives the value that the code has.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import click
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
@@ -55,17 +55,17 @@ class Constant:
     def row(self) -> tuple[str, str, str, str, str]:
         """Row of the table."""
         file = f"{self.module.replace('.', '/')}.py"
-        return f"`{self.symbol}`", shown(self.value), self.meaning, self.step, f"`{file}` `{self.name}`"
+        return f"`{self.symbol}`", format_value(self.value), self.meaning, self.step, f"`{file}` `{self.name}`"
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Return a number, or several, as a reader expects them.
 
-    >>> shown(0.0005), shown(30000), shown((0.1, 60.0))
+    >>> format_value(0.0005), format_value(30000), format_value((0.1, 60.0))
     ('5·10⁻⁴', '30 000', '0.1, 60')
     """
     if isinstance(value, tuple | list):
-        return ", ".join(map(shown, value))
+        return ", ".join(map(format_value, value))
     if isinstance(value, int):
         return f"{value:,}".replace(",", " ")
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
@@ -79,7 +79,7 @@ def shown(value: object) -> str:
     return text
 
 
-def listed() -> dict[str, tuple[Constant, ...]]:
+def list_constants() -> dict[str, tuple[Constant, ...]]:
     """Return the constants of each theory page."""
     pages = tomllib.loads(LIST.read_text(encoding="utf-8"))
     return {page: tuple(Constant(*row) for row in rows) for page, rows in pages.items()}
@@ -87,14 +87,16 @@ def listed() -> dict[str, tuple[Constant, ...]]:
 
 def with_tables(page: Path) -> str:
     """Return a theory page with its table of constants made anew."""
-    rows = [constant.row for constant in listed()[page.name]]
-    return with_parts(page.read_text(encoding="utf-8"), {"constants": table(HEADER, rows)}, "docs/constants.py")
+    rows = [constant.row for constant in list_constants()[page.name]]
+    return with_parts(
+        page.read_text(encoding="utf-8"), {"constants": table(HEADER, rows)}, "docs/from_code/constants.py"
+    )
 
 
 @click.command()
 def main() -> None:
     """Write the tables."""
-    for name in listed():
+    for name in list_constants():
         write_text(THEORY / name, with_tables(THEORY / name))
         click.echo(f"docs/theory/{name}")
 

@@ -39,7 +39,7 @@ from studies.ledger.version import git_version
 
 ROWS, STEP, REPEATS, AIM = 20_000, 5e-4, 9, 0.85
 MANY_REPEATS = 50
-OUT = Path(__file__).parents[1] / "docs" / "results" / "fmu_speed.json"
+OUT = Path(__file__).parents[2] / "docs" / "results" / "fmu_speed.json"
 DEVICE = load_device("freedom6s")
 T = STEP * np.arange(ROWS)
 U = 5e-3 * np.cos(2 * T)[:, None]
@@ -193,7 +193,7 @@ def main() -> None:
         print("whole device, 0.5 ms communication step")
         whole_device(Path(name))
     about = {
-        "command": "python -m benchmarks.fmu_speed",
+        "command": "python -m benchmarks.models.fmu_speed",
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
         "git": git_version(),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",

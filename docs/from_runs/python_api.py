@@ -1,6 +1,6 @@
 """Run the code of the page on the Python API, and keep the figure that it draws.
 
-``python -m docs.python_api`` writes the figure; the tests run the same code.
+``python -m docs.from_runs.python_api`` writes the figure; the tests run the same code.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Draw the gallery: a posterior, a hidden effect that is found, an FMU in two other simulators, and real machines.
 
-``python -m docs.gallery`` runs the code of both tutorials, draws what they found, and stores the numbers; ``--tables``
-writes the page's tables again from what is stored.
+``python -m docs.from_runs.gallery`` runs the code of both tutorials, draws what they found, and stores the numbers;
+``--tables`` writes the page's tables again from what is stored.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import numpy as np
 import pandas as pd
 from matplotlib import pyplot as plt
 
-from docs import python_api, tutorial_page
-from docs.pendulum_tables import FOLDER as TABLES
-from docs.tables import table, with_parts
+from docs.from_runs import python_api, tutorial_page
+from docs.from_runs.pendulum_tables import FOLDER as TABLES
+from docs.parts.tables import table, with_parts
 from haptid import Missing, Posteriors
 from haptid.report.common.style import ACCENT, MEASURED, RESIDUAL, SIMULATED, png, style
 from haptid.support.files.files import write_bytes, write_json, write_text
@@ -31,7 +31,7 @@ PAGE = ROOT / "docs" / "gallery.md"
 STORED = ROOT / "docs" / "results" / "gallery.json"
 PICTURES = ROOT / "docs" / "images"
 MACHINES = ROOT / "docs" / "results" / "real_machines.json"
-SCRIPT = "docs/gallery.py"
+SCRIPT = "docs/from_runs/gallery.py"
 TRUTH = {
     "inertia": 0.012, "gravity_sin": 0.3, "Ks": 0.4, "sigma0": 30.0, "sigma2": 0.02, "Fs": 0.04, "Fc": 0.03, "vs": 0.2,
 }  # fmt: skip

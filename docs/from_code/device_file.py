@@ -1,6 +1,6 @@
 """Write the tables of ``docs/reference/device_file.md`` from the schema of device files and the table of parameters.
 
-``python -m docs.device_file`` writes them, and the two examples from ``docs/examples/``.
+``python -m docs.from_code.device_file`` writes them, and the two examples from ``docs/examples/``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.model.device import ranges
 from haptid.model.device.entries import OWN
 from haptid.model.device.stated_parameters import ROWS
@@ -142,7 +142,7 @@ def with_tables(page: str) -> str:
     parts["ranges"] = ranges_table()
     parts["example"] = example("two_joints.toml", "toml")
     parts["urdf example"] = example("two_joints.urdf", "xml")
-    return with_parts(page, parts, "docs/device_file.py")
+    return with_parts(page, parts, "docs/from_code/device_file.py")
 
 
 @click.command()

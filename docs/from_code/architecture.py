@@ -1,6 +1,6 @@
 """Draw the figure of the data flow, and write the tables of packages and rooms into ``docs/architecture.md``.
 
-``python -m docs.architecture`` does both. The order of packages and rooms is that of the import contracts in
+``python -m docs.from_code.architecture`` does both. The order of packages and rooms is that of the import contracts in
 ``pyproject.toml``; what each takes and returns is the first line of its own docstring.
 """
 
@@ -13,8 +13,8 @@ from typing import Any
 
 import click
 
-from docs.drawing import Arrow, Box, figure
-from docs.tables import table, with_parts
+from docs.parts.drawing import Arrow, Box, figure
+from docs.parts.tables import table, with_parts
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
@@ -71,7 +71,7 @@ def rooms_tables() -> str:
 
 def with_tables(page: str) -> str:
     """Return the page with its generated parts made anew."""
-    return with_parts(page, {"packages": packages_table(), "rooms": rooms_tables()}, "docs/architecture.py")
+    return with_parts(page, {"packages": packages_table(), "rooms": rooms_tables()}, "docs/from_code/architecture.py")
 
 
 def data_flow() -> str:

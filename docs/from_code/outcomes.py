@@ -1,13 +1,13 @@
 """Write ``docs/reference/outcomes.md``: every word in which a result judges, what it means, and what to do.
 
-``python -m docs.outcomes`` writes the tables from `haptid.report.common.words`, which the pages use as well.
+``python -m docs.from_code.outcomes`` writes the tables from `haptid.report.common.words`, which the pages use as well.
 """
 
 from __future__ import annotations
 
 import click
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.report.common.words import GROUPS, Word
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
@@ -29,7 +29,7 @@ def _row(word: Word) -> tuple[str, ...]:
 
 def with_tables(page: str) -> str:
     """Return the page with its generated part made anew."""
-    return with_parts(page, {"words": words_table()}, "docs/outcomes.py")
+    return with_parts(page, {"words": words_table()}, "docs/from_code/outcomes.py")
 
 
 @click.command()

@@ -1,6 +1,6 @@
 """What is hidden in one of two joints that move together, and what the search calls it.
 
-    python -m benchmarks.coupled_missing
+    python -m benchmarks.search.coupled_missing
 
 The virtual arm hides disturbances of its own formulas in joint 0 or 1 of the coupled test; the search over the
 catalogue in both joints sees the runs alone. Prints a Markdown table. What is missed is over the noise, where

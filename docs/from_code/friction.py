@@ -1,13 +1,13 @@
 """Write the tables of ``docs/theory/friction.md`` from the friction laws that are found: parameters and slots.
 
-``python -m docs.friction`` writes them. What a law says in symbols, and from where it comes, stays prose.
+``python -m docs.from_code.friction`` writes them. What a law says in symbols, and from where it comes, stays prose.
 """
 
 from __future__ import annotations
 
 import click
 
-from docs.tables import table, with_parts
+from docs.parts.tables import table, with_parts
 from haptid.model.friction.registry import DEFAULT, laws
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
@@ -45,7 +45,7 @@ def slots_table() -> str:
 
 def with_tables(page: str) -> str:
     """Return the page with its generated parts made anew."""
-    return with_parts(page, {"laws": laws_table(), "slots": slots_table()}, "docs/friction.py")
+    return with_parts(page, {"laws": laws_table(), "slots": slots_table()}, "docs/from_code/friction.py")
 
 
 @click.command()

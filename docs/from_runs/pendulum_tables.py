@@ -1,7 +1,7 @@
 """Write the tables of the tutorial: a pendulum with friction, as its logger would have written them. SYNTHETIC.
 
-``python -m docs.pendulum_tables`` writes them. SciPy simulates the pendulum from the equations below, and nothing of
-haptid takes part, so that the tutorial identifies a truth that is not its own model.
+``python -m docs.from_runs.pendulum_tables`` writes them. SciPy simulates the pendulum from the equations below, and
+nothing of haptid takes part, so that the tutorial identifies a truth that is not its own model.
 """
 
 from __future__ import annotations
@@ -111,7 +111,10 @@ def table(test: Test, seed: int) -> str:
     """
     t, torque, angle = simulate(test)
     reading = np.degrees(angle) + NOISE_DEG * np.random.default_rng(seed).standard_normal(t.size)
-    lines = ["# pendulum rig, SYNTHETIC: made by docs/pendulum_tables.py", "Time (ms),Torque (N mm),Angle (deg)"]
+    lines = [
+        "# pendulum rig, SYNTHETIC: made by docs/from_runs/pendulum_tables.py",
+        "Time (ms),Torque (N mm),Angle (deg)",
+    ]
     for row in zip(t * 1e3, torque * 1e3, reading, strict=True):
         time_ms, torque_Nmm, angle_deg = row
         lines.append(f"{time_ms:g},{torque_Nmm:.{DECIMALS_OF_TORQUE}f},{angle_deg:.{DECIMALS_OF_ANGLE}f}")

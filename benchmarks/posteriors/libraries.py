@@ -1,6 +1,7 @@
 """Own code against a library's, where both exist: store of chains, picture of an FMU, autocorrelation times.
 
-``python -m benchmarks.libraries kill`` also ends writers of both stores with SIGKILL and compares the resumed chains.
+``python -m benchmarks.posteriors.libraries kill`` also ends writers of both stores with SIGKILL and compares the
+resumed chains.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def kill_writers() -> None:
         same = 0
         for _ in range(KILLS):
             with tempfile.TemporaryDirectory() as folder:
-                command = [sys.executable, "-m", "benchmarks.libraries", "store", name, folder]
+                command = [sys.executable, "-m", "benchmarks.posteriors.libraries", "store", name, folder]
                 for _ in range(2):
                     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
                     before = size_of(folder)
