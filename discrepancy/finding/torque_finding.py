@@ -106,6 +106,12 @@ class TorqueFinding:
     wall_s: float
 
     @property
+    def left(self) -> float:
+        """RMS of the final model's residual on held-out rows that name effects [N m]: those away from reversals."""
+        final = self.search.final
+        return rms(final.unseen[final.study.names(final.study.unseen_rows)])
+
+    @property
     def verdict(self) -> str:
         """Verdict of INTERFACES.
 
@@ -115,7 +121,7 @@ class TorqueFinding:
         told_apart = "ambiguous" if self.search.rivals else "named"
         gap, names = self.gaps["validate"], self.search.final.effects
         aim = max(gap.noise, self.floor or 0.0)
-        if gap.after <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
+        if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
             return told_apart if names else "nothing_missing"
         if not names:
             return "unlisted"
@@ -251,7 +257,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     base, final = found.base, found.final
     energy = _maps(study, found)
     tell("closed loop")
-    nominal_loop, final_loop = (refit_through_controller(model, starts=starts, seed=seed) for model in (base, final))
+    nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
     finding = TorqueFinding(
         search=found,
         gaps={

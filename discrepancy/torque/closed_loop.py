@@ -1,8 +1,9 @@
 """Refit of a driven joint by simulation through its controller: `TorqueFit` in, `ClosedLoop` out.
 
 The torque fit stands near the minimum of the simulated position, whose other minima a fit from first guesses may end
-in. From there, and from starts around it, all parameters, those of the drive too, are fitted to the positions of the
-fitted runs; the start with the least cost counts. Errors of the position are counted from the measured start.
+in. From there, and from the friction of the first guess, all parameters, those of the drive too, are fitted to the
+positions of the fitted runs, first beside an observer whose gain falls to 0 (`identification.optimise.homotopy`); the
+start with the least cost counts. Errors of the position are counted from the measured start.
 """
 
 from __future__ import annotations
@@ -14,12 +15,15 @@ from typing import Any
 import numpy as np
 
 from haptid.discrepancy.fit.whitened import OPTIONS
-from haptid.discrepancy.torque.fit import TorqueFit, descend_from_all, rms
-from haptid.identification.optimise.starts import sobol_starts
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.identification.optimise.homotopy import follow_gains
+from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array, Run
-from haptid.model.friction.registry import law_named
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,13 +35,16 @@ class ClosedLoop:
     values
         Parameters by id, those of the drive too.
     mean_absolute, rms
-        Mean over the runs of each use, ``fit`` or ``validate``, of the mean absolute and the RMS error of the position
-        [rad], or [m] of a prismatic joint; a use without runs is left out.
+        Mean over the runs of each use, ``fit``, ``validate`` or ``sealed``, of the mean absolute and the RMS error of
+        the position [rad], or [m] of a prismatic joint; a use without runs is left out.
+    runs
+        Number of runs of each use.
     """
 
     values: Mapping[str, float]
     mean_absolute: Mapping[str, float]
     rms: Mapping[str, float]
+    runs: Mapping[str, int]
 
     def as_json(self) -> dict[str, Any]:
         """Convert to ``closed_loop`` of the finding's JSON.
@@ -45,22 +52,21 @@ class ClosedLoop:
         Returns
         -------
         dict
-            ``mean_absolute`` and ``rms`` [rad], or [m] of a prismatic joint, by use.
+            ``mean_absolute`` and ``rms`` [rad], or [m] of a prismatic joint, and the number of ``runs``, by use.
         """
-        return {use: {"mean_absolute": self.mean_absolute[use], "rms": self.rms[use]} for use in self.rms}
+        return {
+            use: {"mean_absolute": self.mean_absolute[use], "rms": self.rms[use], "runs": self.runs[use]}
+            for use in self.rms
+        }
 
 
-def refit_through_controller(model: TorqueFit, *, starts: int, seed: int) -> ClosedLoop | None:
+def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     """Fit a model to the positions of the fitted runs, simulated through the controller.
 
     Parameters
     ----------
     model
         Fit to the torque, at which the refit starts.
-    starts
-        Number of starts around it, the further ones by a Sobol sequence.
-    seed
-        Seed of the starts.
 
     Returns
     -------
@@ -85,23 +91,39 @@ def refit_through_controller(model: TorqueFit, *, starts: int, seed: int) -> Clo
     simulator = KernelSimulator.of(equations)
     fitted = tuple(run for run in study.recorded if run.use == "fit")
     problem = Problem.of(simulator, fitted, OPTIONS)
-    # Where the torque leaves no Coulomb friction, a descent hardly moves: the second start has that of the first guess.
-    roles = law_named(equations.friction[0]).roles
-    guessed = {id: study.base.parameter(id).initial for id in {roles.coulomb, roles.stiction}}
-    first, second = (np.array([start[q.id] for q in equations.parameters]) for start in (values, values | guessed))
-    thetas = [*sobol_starts(problem.parametrisation, first, starts, seed), second]
-    best = min(descend_from_all(problem, thetas, threads=study.threads), key=lambda descent: descent.cost)
+    # Where the torque leaves no Coulomb friction, or bristles as long as the travel, a descent hardly moves: the second
+    # start has the friction of the first guess.
+    guessed = study.guessed_friction
+    thetas = [np.array([start[q.id] for q in equations.parameters]) for start in (values, values | guessed)]
+    best = min(map_threads(lambda theta: _descend(problem, theta), thetas, threads=study.threads), key=lambda d: d.cost)
     if not np.isfinite(best.cost):
         return None
     theta = problem.theta(best.x)
     errors: dict[str, list[Array]] = {}
     for run in study.recorded:
         errors.setdefault(run.use, []).append(_error(simulator, theta, run))
+    for run in study.recorded_sealed:
+        errors.setdefault("sealed", []).append(_error(simulator, theta, run))
     return ClosedLoop(
         values={q.id: float(value) for q, value in zip(equations.parameters, theta, strict=True)},
         mean_absolute={use: float(np.mean([np.mean(np.abs(e)) for e in some])) for use, some in errors.items()},
         rms={use: float(np.mean([rms(e) for e in some])) for use, some in errors.items()},
+        runs={use: len(some) for use, some in errors.items()},
     )
+
+
+def _descend(problem: Problem, theta: Array) -> Descent:
+    """Follow a start to its minimum, under a falling observer gain."""
+    gains = IDENTIFICATION.observer_gains_beside_controller
+
+    def minimise_at(x: Array, gain: float, number: int) -> Descent:
+        if number < len(gains) - 1:
+            most, enough = IDENTIFICATION.most_iterations_of_early_level, IDENTIFICATION.tolerance_of_early_level
+        else:
+            most, enough = THRESHOLDS.torque.most_simulations_of_start, THRESHOLDS.torque.least_decrease_of_cost
+        return minimise(problem, x, gain, iterations=most, tolerance=0.0, relative=enough)
+
+    return follow_gains(Descent.at(problem.first(theta)), gains, minimise_at)
 
 
 def _error(simulator: KernelSimulator, theta: Array, run: Run) -> Array:

@@ -105,7 +105,7 @@ def test_friction_by_load_is_found_in_the_torque_of_the_drive(study: TorqueStudy
     assert rms(model.unseen) < 0.5 * rms(base.unseen)
     # The scale of all torques, kt/R, is the stated one; a ratio of torques does not hang on it.
     assert model.values["friction_of_load"] == pytest.approx(TRUTH["friction_of_load"], rel=0.1)
-    before, after = (refit_through_controller(one, starts=2, seed=0) for one in (base, model))
+    before, after = (refit_through_controller(one) for one in (base, model))
     assert before is not None
     assert after is not None
     assert after.mean_absolute["validate"] < 0.3 * before.mean_absolute["validate"]
