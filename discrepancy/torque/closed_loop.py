@@ -2,13 +2,13 @@
 
 The torque fit stands near the minimum of the simulated position, whose other minima a fit from first guesses may end
 in. From there, and from the friction of the first guess, all parameters, those of the drive too, are fitted to the
-positions of the fitted runs, first beside an observer whose gain falls to 0 (`identification.optimise.homotopy`); the
-start with the least cost counts. Errors of the position are counted from the measured start.
+positions of the fitted runs, first beside an observer whose gain falls (`identification.optimise.homotopy`); the start
+that it leaves the least cost goes on without. Errors of the position are counted from the measured start.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,7 +95,16 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     # start has the friction of the first guess.
     guessed = study.guessed_friction
     thetas = [np.array([start[q.id] for q in equations.parameters]) for start in (values, values | guessed)]
-    best = min(map_threads(lambda theta: _descend(problem, theta), thetas, threads=study.threads), key=lambda d: d.cost)
+    gains = IDENTIFICATION.observer_gains_beside_controller
+    near = map_threads(lambda theta: _follow(problem, theta, gains[:-1]), thetas, threads=study.threads)
+    best = minimise(
+        problem,
+        min(near, key=lambda descent: descent.cost).x,
+        gains[-1],
+        iterations=THRESHOLDS.torque.most_simulations_of_start,
+        relative=THRESHOLDS.torque.least_decrease_of_cost,
+        tolerance=0.0,
+    )
     if not np.isfinite(best.cost):
         return None
     theta = problem.theta(best.x)
@@ -112,16 +121,18 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     )
 
 
-def _descend(problem: Problem, theta: Array) -> Descent:
-    """Follow a start to its minimum, under a falling observer gain."""
-    gains = IDENTIFICATION.observer_gains_beside_controller
+def _follow(problem: Problem, theta: Array, gains: Sequence[float]) -> Descent:
+    """Follow a start through falling observer gains [1/s]."""
 
-    def minimise_at(x: Array, gain: float, number: int) -> Descent:
-        if number < len(gains) - 1:
-            most, enough = IDENTIFICATION.most_iterations_of_early_level, IDENTIFICATION.tolerance_of_early_level
-        else:
-            most, enough = THRESHOLDS.torque.most_simulations_of_start, THRESHOLDS.torque.least_decrease_of_cost
-        return minimise(problem, x, gain, iterations=most, tolerance=0.0, relative=enough)
+    def minimise_at(x: Array, gain: float, _: int) -> Descent:
+        return minimise(
+            problem,
+            x,
+            gain,
+            iterations=IDENTIFICATION.most_iterations_of_early_level,
+            relative=IDENTIFICATION.tolerance_of_early_level,
+            tolerance=0.0,
+        )
 
     return follow_gains(Descent.at(problem.first(theta)), gains, minimise_at)
 

@@ -17,6 +17,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
+import numpy as np
+
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal, rms
 from haptid.discrepancy.torque.readable import delays_torque
@@ -230,18 +232,22 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
     TorqueFit or None
         The fit with the smallest residual on fitted rows; None where no start gives a finite torque.
     """
-    effect, fits = promise.effect, []
-    # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
-    starts = [current.values | _scaled(promise, share) for share in (1.0, 0.1)]
-    if effect.side == "friction":
+    fits: list[TorqueFit] = []
+
+    def fit_from(start: dict[str, float]) -> None:
+        effects, enough = (*current.effects, promise.effect), THRESHOLDS.torque.least_decrease_of_trial
+        with suppress(NumericalError):
+            fits.append(fit_model(study, effects, start, relative=enough))
+
+    fit_from(current.values | _scaled(promise, 1.0))
+    kept = np.sqrt(1.0 - THRESHOLDS.torque.least_share_of_promise * promise.share) * rms(current.fitted)
+    if not fits or rms(fits[0].fitted) > kept:
+        # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
+        fit_from(current.values | _scaled(promise, 0.1))
+    if promise.effect.side == "friction":
         # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
         # the travel.
-        starts.append(current.values | study.guessed_friction | _scaled(promise, 1.0))
-    for start in starts:
-        with suppress(NumericalError):
-            fits.append(
-                fit_model(study, (*current.effects, effect), start, relative=THRESHOLDS.torque.least_decrease_of_trial)
-            )
+        fit_from(current.values | study.guessed_friction | _scaled(promise, 1.0))
     return min(fits, key=lambda f: rms(f.fitted)) if fits else None
 
 

@@ -91,7 +91,7 @@ def test_the_load_is_what_inertia_gravity_and_spring_take():
 def test_rows_at_rest_do_not_count(study: TorqueStudy):
     for run, moving in zip(study.runs, study.moving, strict=True):
         assert not moving[run.t > run.t[-1] - 0.3].any()
-        assert moving[(run.t > 0.3) & (run.t < 4.0)].mean() > 0.8
+        assert moving[(run.t > 0.3) & (run.t < 4.0)].mean() > 0.7
 
 
 def test_friction_by_load_is_found_in_the_torque_of_the_drive(study: TorqueStudy):
