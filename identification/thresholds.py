@@ -50,6 +50,12 @@ class Thresholds:
     """Mean and standard deviation of the prior of vs over the top speed [1] in a fit of the torque."""
     largest_stribeck_speed_over_top_speed: float = 0.05
     """Largest vs over the top speed [1] in a fit of the torque."""
+    largest_free_residual_over_motion: float = 0.25
+    """RMS error of a free simulation over the RMS of the motion about its mean [1], above which the position moves no
+    estimate of the torque: the simulation has lost the motion, and its slopes tell nothing."""
+    least_decrease_of_joint_cost: float = 0.01
+    """Decrease of the cost that holds torque and position below which it is minimised [1]: a tenth of a standard error
+    squared."""
 
     stribeck_speed_over_least_speed: float = 100.0
     """The same mean over the smallest vs [1]."""

@@ -211,7 +211,10 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     if quiet(seen, options) or not both:
         return best
     delay = best.compared.delay_s
-    found = fit_torque(test.equations, test.runs, stated=test.stated, delay=delay, options=options, workers=workers)
+    found = fit_torque(
+        test.equations, test.runs, stated=test.stated, delay=delay, position=test.build(test.equations),
+        options=options, workers=workers,
+    )  # fmt: skip
     over = plain(seen.basins[0].over_noise)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
