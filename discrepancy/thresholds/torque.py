@@ -47,9 +47,6 @@ class TorqueThresholds:
     most_refits_of_scan: int = 4
     """Number of effects of a scan that are refitted."""
 
-    least_share_of_promise: float = 0.5
-    """Share of what the linear estimate promises that a refit has to hold, so that no further start is tried [1]."""
-
     # Waves over position beyond the grids of the catalogue.
     rows_per_position_bin: int = 4
     """Number of fitted rows for each bin over which the residual is averaged, on average."""

@@ -39,12 +39,34 @@ class ClosedLoop:
         the position [rad], or [m] of a prismatic joint; a use without runs is left out.
     runs
         Number of runs of each use.
+    squares
+        Mean square error of the position of each fitted run [rad²], or [m²], shape (n_runs,).
     """
 
     values: Mapping[str, float]
     mean_absolute: Mapping[str, float]
     rms: Mapping[str, float]
     runs: Mapping[str, int]
+    squares: Array
+
+    def is_better_than(self, other: ClosedLoop) -> bool:
+        """Whether this model simulates the fitted runs better than another, by more than the runs differ.
+
+        Parameters
+        ----------
+        other
+            The other model, simulated along the same runs.
+
+        Returns
+        -------
+        bool
+            Whether the mean decrease of the square error exceeds its standard error over the runs.
+        """
+        decrease = other.squares - self.squares
+        if decrease.size < 2:
+            return False
+        error = float(np.std(decrease, ddof=1)) / np.sqrt(decrease.size)
+        return bool(np.mean(decrease) > THRESHOLDS.torque.least_gain_in_standard_errors * error)
 
     def as_json(self) -> dict[str, Any]:
         """Convert to ``closed_loop`` of the finding's JSON.
@@ -118,6 +140,7 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
         mean_absolute={use: float(np.mean([np.mean(np.abs(e)) for e in some])) for use, some in errors.items()},
         rms={use: float(np.mean([rms(e) for e in some])) for use, some in errors.items()},
         runs={use: len(some) for use, some in errors.items()},
+        squares=np.array([np.mean(e**2) for e in errors["fit"]]),
     )
 
 

@@ -17,8 +17,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-import numpy as np
-
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal, rms
 from haptid.discrepancy.torque.readable import delays_torque
@@ -239,11 +237,9 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
         with suppress(NumericalError):
             fits.append(fit_model(study, effects, start, relative=enough))
 
-    fit_from(current.values | _scaled(promise, 1.0))
-    kept = np.sqrt(1.0 - THRESHOLDS.torque.least_share_of_promise * promise.share) * rms(current.fitted)
-    if not fits or rms(fits[0].fitted) > kept:
-        # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
-        fit_from(current.values | _scaled(promise, 0.1))
+    # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
+    for share in (1.0, 0.1):
+        fit_from(current.values | _scaled(promise, share))
     if promise.effect.side == "friction":
         # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
         # the travel.

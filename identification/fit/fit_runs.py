@@ -283,9 +283,11 @@ def _with_spring_if_seen(
         {q.id: {"lower": q.lower, "upper": q.upper} for q in springless.equations.parameters if q.id not in SPRING}
     )
     start = tuple(known.get(q.id, q.initial) for q in equations.parameters)
-    sprung = fit_closed(ranged, options.but(start=start, gains=(0.0,), starts=1))
+    free = options.but(gains=(0.0,), starts=1)
+    sprung = fit_closed(ranged, free.but(start=start))
     if quiet(sprung, options):
-        return sprung
+        # Further starts tell whether the minimum is the only one.
+        return fit_closed(ranged, options.but(start=tuple(sprung.theta)))
     if sprung.cost >= springless.cost or without_absent_spring(sprung, test.own) is not None:
         return springless
     return fit_within_own_bounds(fit_closed, ranged, test.runs, test.own, options.but(start=tuple(sprung.theta)))
