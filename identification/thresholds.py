@@ -27,6 +27,11 @@ class Thresholds:
     """Largest number of starts of several joints whose first guesses are the plain model's [1]."""
     most_starts_of_trial: int = 2
     """Largest number of starts of the fit through an observer that decides whether the torque is fitted [1]."""
+    observer_gains_beside_controller: tuple[float, ...] = (20.0, 6.0, 2.0, 0.0)
+    """Observer gains [1/s] of a fit through the recorded controller: on a servo of low gain four of five starts without
+    an observer ended up to a third above the cost that all starts with it share to 2 %."""
+    most_starts_beside_controller: int = 3
+    """Largest number of starts of a fit through the recorded controller [1]."""
 
     # Encoder zeros: what each run's zero has to explain before readings are no longer taken for positions.
     encoder_zero_std_over_travel: float = 0.05
@@ -45,6 +50,12 @@ class Thresholds:
     """Mean and standard deviation of the prior of vs over the top speed [1] in a fit of the torque."""
     largest_stribeck_speed_over_top_speed: float = 0.05
     """Largest vs over the top speed [1] in a fit of the torque."""
+    largest_free_residual_over_motion: float = 0.25
+    """RMS error of a free simulation over the RMS of the motion about its mean [1], above which the position moves no
+    estimate of the torque: the simulation has lost the motion, and its slopes tell nothing."""
+    least_decrease_of_joint_cost: float = 0.01
+    """Decrease of the cost that holds torque and position below which it is minimised [1]: a tenth of a standard error
+    squared."""
 
     stribeck_speed_over_least_speed: float = 100.0
     """The same mean over the smallest vs [1]."""

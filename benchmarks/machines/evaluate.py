@@ -25,6 +25,9 @@ from haptid.report.identification.plain_pictures import plain_figure
 VISCOUS_ID = "sigma2"
 """Id of the viscous friction in the law that all sets are fitted with; the plain model calls it Fv."""
 
+DRIVE_IDS = ("torque_constant", "resistance_ohm")
+"""Ids of a drive's parameters, which no plain model has."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evaluated:
@@ -83,7 +86,8 @@ def _identification_json(entry: Mapping[str, Any], published: Mapping[str, float
     """Keep what the page shows of a configuration."""
     baseline = entry["baseline"]["parameters"] if entry["baseline"] else {}
     rows = []
-    for id in dict.fromkeys([*published, *baseline]):
+    of_drive = [id for id in DRIVE_IDS if id in entry["parameters"]]
+    for id in dict.fromkeys([*published, *baseline, *of_drive]):
         plain, own = baseline.get(id), entry["parameters"].get(id.replace("Fv", VISCOUS_ID))
         told = plain or own
         if told is None or (id not in published and told["std"] is None):

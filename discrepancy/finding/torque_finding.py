@@ -3,7 +3,8 @@
 1. Search for missing effects among those that can be read from motion to torque.
 2. Compare the RMS of the residual torque before and after, on fitted and on held-out rows.
 3. Localise the residual torque of the nominal model.
-4. Build the FMU with the named effects.
+4. Where a controller was recorded, refit both models and the rivals through it (`torque.closed_loop`).
+5. Build the FMU with the named effects.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import compare_candidates
+from haptid.discrepancy.torque_search.rivals import Rival
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
@@ -106,6 +108,12 @@ class TorqueFinding:
     wall_s: float
 
     @property
+    def left(self) -> float:
+        """RMS of the final model's residual on held-out rows that name effects [N m]: those away from reversals."""
+        final = self.search.final
+        return rms(final.unseen[final.study.names(final.study.unseen_rows)])
+
+    @property
     def verdict(self) -> str:
         """Verdict of INTERFACES.
 
@@ -115,7 +123,7 @@ class TorqueFinding:
         told_apart = "ambiguous" if self.search.rivals else "named"
         gap, names = self.gaps["validate"], self.search.final.effects
         aim = max(gap.noise, self.floor or 0.0)
-        if gap.after <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
+        if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
             return told_apart if names else "nothing_missing"
         if not names:
             return "unlisted"
@@ -251,7 +259,8 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     base, final = found.base, found.final
     energy = _maps(study, found)
     tell("closed loop")
-    nominal_loop, final_loop = (refit_through_controller(model, starts=starts, seed=seed) for model in (base, final))
+    nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
+    found = replace(found, rivals=_rivals_in_position(found, final_loop))
     finding = TorqueFinding(
         search=found,
         gaps={
@@ -279,6 +288,22 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     accuracy = of_torque_fit(final, final_loop, effects, _gaps_json(finding), origin or Origin(), seed)
     fmu = _build_fmu(found, _values(found, final_loop), out / "fmu", kind, accuracy)
     return replace(finding, fmu=fmu, wall_s=time.perf_counter() - began)
+
+
+def _rivals_in_position(found: TorqueSearch, loop: ClosedLoop | None) -> tuple[Rival, ...]:
+    """Return the rivals that the position tells no better from the named effects than the torque does.
+
+    Through a recorded controller both residuals exist, and what a wide filter takes out of the torque stays in the
+    position.
+    """
+    if loop is None:
+        return found.rivals
+    left = []
+    for rival in found.rivals:
+        other = refit_through_controller(rival.model)
+        if other is None or not loop.is_better_than(other):
+            left.append(rival)
+    return tuple(left)
 
 
 def _sealed_gap(base: TorqueFit, final: TorqueFit, noise: float) -> dict[str, Gap]:

@@ -115,7 +115,13 @@ class TorqueFit:
         return found | dict(zip(self.problem.parametrisation.ids, errors.tolist(), strict=True))
 
 
-def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int) -> list[Descent]:
+def descend_from_all(
+    problem: Problem,
+    thetas: Sequence[Array],
+    *,
+    threads: int,
+    relative: float = THRESHOLDS.torque.least_decrease_of_cost,
+) -> list[Descent]:
     """Follow every start to its minimum.
 
     Parameters
@@ -126,6 +132,8 @@ def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int)
         Parameters of the starts, shape (n_p,) each.
     threads
         Number of threads; the results do not depend on it.
+    relative
+        Predicted decrease of the cost over the cost below which a descent stops [1].
 
     Returns
     -------
@@ -137,7 +145,7 @@ def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int)
             problem,
             problem.unknowns_at(theta),
             iterations=THRESHOLDS.torque.most_simulations_of_start,
-            relative=THRESHOLDS.torque.least_decrease_of_cost,
+            relative=relative,
         ),
         thetas,
         threads=threads,
@@ -212,7 +220,7 @@ def _is_at_upper_bound(found: TorqueFit, id: str) -> bool:
 
 def fit_model(
     study: TorqueStudy, effects: Sequence[Effect] = (), start: Mapping[str, float] | None = None, *,
-    starts: int = 1, seed: int = 0,
+    starts: int = 1, seed: int = 0, relative: float = THRESHOLDS.torque.least_decrease_of_cost,
 ) -> TorqueFit:  # fmt: skip
     """Fit nominal model and effects together to the torque.
 
@@ -228,6 +236,8 @@ def fit_model(
         Number of starts, the further ones by a Sobol sequence.
     seed
         Seed of the starts.
+    relative
+        Predicted decrease of the cost over the cost below which a descent stops [1].
 
     Returns
     -------
@@ -245,7 +255,7 @@ def fit_model(
     problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
     thetas = sobol_starts(problem.parametrisation, first, starts, seed)
-    found = descend_from_all(problem, thetas, threads=study.threads if starts > 1 else 1)
+    found = descend_from_all(problem, thetas, threads=study.threads if starts > 1 else 1, relative=relative)
     best = min(found, key=lambda d: d.cost)
     if not np.isfinite(best.cost):
         msg = f"joint {study.joint}: no start gave a finite torque; check units, bounds and first guesses"

@@ -15,7 +15,7 @@ from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
-from haptid.discrepancy.torque.rows import Mask, alternating, rests
+from haptid.discrepancy.torque.rows import Mask, alternating, rests, turns
 from haptid.identification.baseline.baseline import fit_baseline
 from haptid.identification.fit.plain_guess import guess_along
 from haptid.identification.fit.torque_fit import restrain_stribeck
@@ -63,8 +63,13 @@ class TorqueStudy:
     resting
         Whether the joint rests at each row, shape (n_t,) each: friction holds it there with any torque up to its level,
         whoever made the torque, so that the motion does not tell it. Empty where every row counts.
+    turning
+        Whether each row is near a reversal, shape (n_t,) each: it is fitted, but names no effect. Empty where every row
+        does.
     sealed
         Runs, turned alike, that take part in no choice (`discrepancy.study.sealed`).
+    recorded_sealed
+        The same as they were recorded.
     delay
         Delay of the recorded torque that the plain model finds [s], which ``runs`` have behind them; 0 without one.
     stated
@@ -81,7 +86,9 @@ class TorqueStudy:
     drive: KnownDrive | None = None
     recorded: tuple[Run, ...] = ()
     resting: tuple[Mask, ...] = ()
+    turning: tuple[Mask, ...] = ()
     sealed: tuple[Run, ...] = ()
+    recorded_sealed: tuple[Run, ...] = ()
     delay: float = 0.0
     stated: tuple[str, ...] = ()
     threads: int = 1
@@ -100,6 +107,30 @@ class TorqueStudy:
     def unseen_rows(self) -> tuple[Mask, ...]:
         """Whether each row counts and is held out, shape (n_t,) each."""
         return tuple(~seen & moving for seen, moving in zip(self.seen, self.moving, strict=True))
+
+    def names(self, rows: Sequence[Mask]) -> Mask:
+        """Return which of some rows name effects: those away from reversals, or all where none are.
+
+        Parameters
+        ----------
+        rows
+            Rows of every run, shape (n_t,) each.
+
+        Returns
+        -------
+        ndarray of bool, shape (n_rows,)
+            One entry for each of these rows, the runs behind one another.
+        """
+        every = np.ones(sum(int(r.sum()) for r in rows), dtype=bool)
+        if not self.turning:
+            return every
+        away = np.concatenate([~turning[r] for turning, r in zip(self.turning, rows, strict=True)])
+        return away if away.any() else every
+
+    @property
+    def guessed_friction(self) -> dict[str, float]:
+        """First guesses of the friction law by id."""
+        return {row.id: self.base.parameter(row.id).initial for row in law_named(self.base.friction[0]).parameters}
 
     @property
     def repeats(self) -> bool:
@@ -276,7 +307,9 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         drive=drive,
         recorded=(*fitted, *unseen),
         resting=tuple(rests(run) for run in turned),
+        turning=tuple(turns(run) for run in turned),
         sealed=kept,
+        recorded_sealed=sealed,
         delay=delay,
         stated=tuple(stated),
         threads=threads,

@@ -88,5 +88,13 @@ def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCand
         evidence=gain.predicted,
         errors_gained=gain.errors,
         significance=float(np.sqrt(max(gain.fitted, 0.0))),
-        vetoed=more.unseen.size > 0 and rms(more.unseen) > rms(less.unseen),
+        vetoed=_does_worse(less, more),
     )
+
+
+def _does_worse(less: TorqueFit, more: TorqueFit) -> bool:
+    """Whether the larger model leaves more of the held-out rows that name effects."""
+    if more.unseen.size == 0:
+        return False
+    naming = more.study.names(more.study.unseen_rows)
+    return rms(more.unseen[naming]) > rms(less.unseen[naming])

@@ -121,9 +121,12 @@ def search_torque(
         steps.append(step)
         if step.taken is None:
             break
-        current = step.taken.model
+        taken = step.taken.model
+        current = fit_model(study, taken.effects, taken.values)
     tell("backward elimination")
     final = eliminate(study, current)
+    # Without effects it is the nominal model, from a start that may end higher.
+    final = final if final.effects else base
     tell("rivals")
     rivals = find_rivals(study, final, [(step.taken, step.candidates) for step in steps if step.taken is not None])
     return TorqueSearch(study=study, base=base, final=final, steps=tuple(steps), rivals=rivals)
@@ -191,17 +194,27 @@ def _simplest_form(winner: TorqueCandidate, ranked: Sequence[TorqueCandidate]) -
 
 
 def _choose_refits(found: Sequence[Promise]) -> list[Promise]:
-    """Return the promises that are refitted: the best of all, and the best of those that delay the torque.
+    """Return the promises that are refitted: those of the best effects, and the best of those that delay the torque.
 
+    Forms of one effect promise much the same, and two effects of four forms would take every place. Of each effect the
+    best form is refitted, and the one with the fewest parameters, which may do as well (`_simplest_form`).
     A delay moves every fast part of a torque and promises a little of any residual: it takes no other effect's place.
     """
     late = [promise for promise in found if delays_torque(promise.effect)]
-    others = [promise for promise in found if not delays_torque(promise.effect)]
-    return [*others[: THRESHOLDS.torque.most_refits_of_scan], *late[:1]]
+    forms: dict[str, list[Promise]] = {}
+    for promise in found:
+        if not delays_torque(promise.effect):
+            forms.setdefault(promise.effect.id, []).append(promise)
+    chosen = []
+    for some in list(forms.values())[: THRESHOLDS.torque.most_refits_of_scan]:
+        smallest = min(some, key=lambda promise: len(promise.effect.parameters))
+        smaller = len(smallest.effect.parameters) < len(some[0].effect.parameters)
+        chosen += [some[0], smallest] if smaller else [some[0]]
+    return [*chosen, *late[:1]]
 
 
 def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit | None:
-    """Refit everything with one effect more, from two starts.
+    """Refit everything with one effect more, from several starts.
 
     Parameters
     ----------
@@ -215,12 +228,25 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
     Returns
     -------
     TorqueFit or None
-        The fit with the smaller residual on fitted rows; None where neither start gives a finite torque.
+        The fit with the smallest residual on fitted rows; None where no start gives a finite torque.
     """
-    effect, fits = promise.effect, []
+    fits: list[TorqueFit] = []
+
+    def fit_from(start: dict[str, float]) -> None:
+        effects, enough = (*current.effects, promise.effect), THRESHOLDS.torque.least_decrease_of_trial
+        with suppress(NumericalError):
+            fits.append(fit_model(study, effects, start, relative=enough))
+
     # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
     for share in (1.0, 0.1):
-        first = {id: value * (share if id in effect.neutral else 1.0) for id, value in promise.start.items()}
-        with suppress(NumericalError):
-            fits.append(fit_model(study, (*current.effects, effect), {**current.values, **first}))
+        fit_from(current.values | _scaled(promise, share))
+    if promise.effect.side == "friction":
+        # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
+        # the travel.
+        fit_from(current.values | study.guessed_friction | _scaled(promise, 1.0))
     return min(fits, key=lambda f: rms(f.fitted)) if fits else None
+
+
+def _scaled(promise: Promise, share: float) -> dict[str, float]:
+    """Return the start values of a promise with a share of its amplitudes."""
+    return {id: value * (share if id in promise.effect.neutral else 1.0) for id, value in promise.start.items()}

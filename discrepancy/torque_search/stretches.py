@@ -10,6 +10,9 @@ and the energies of these residuals are compared. λ keeps a parameter that the 
 one of its scaled units. Only what the torque is linear in is estimated anew; shapes, such as a wave number or the
 bristles of presliding, which one reversal may determine alone, are held: the first order would not hold for them. No
 held-out row takes part.
+
+Energies are those of rows away from reversals (`torque.rows.turns`). At a reversal the filter, not the joint, decides
+when friction turns, and every effect that delays it would gain there.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ import numpy as np
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit
+from haptid.discrepancy.torque.rows import Mask
 from haptid.measurement.values.run import Array
 from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import inverse
@@ -61,13 +65,14 @@ def gain_of(less: TorqueFit, more: TorqueFit) -> Gain:
     Gain
     """
     # Under the larger model: what it explains is correlated as well, and would hide how much it explains.
-    n = max(more.fitted.size / more.correlation_time, 2.0)
+    naming = more.study.names(more.study.fitted_rows)
+    n = max(naming.sum() / more.correlation_time, 2.0)
     count = max(int(n / THRESHOLDS.torque.stretch_in_correlation_lengths), THRESHOLDS.torque.least_stretches)
-    a, b = (_predicted_energies(model, count) for model in (less, more))
+    a, b = (_predicted_energies(model, naming, count) for model in (less, more))
     decrease = a - b
     spread = max(float(np.std(decrease, ddof=1)), np.finfo(float).tiny)
     return Gain(
-        fitted=n * _log_ratio(float(less.fitted @ less.fitted), float(more.fitted @ more.fitted)),
+        fitted=n * _log_ratio(*(float(np.sum(model.fitted[naming] ** 2)) for model in (less, more))),
         predicted=n * _log_ratio(float(a.sum()), float(b.sum())),
         n=n,
         errors=float(np.sqrt(decrease.size) * np.mean(decrease) / spread),
@@ -79,8 +84,8 @@ def _log_ratio(less: float, more: float) -> float:
     return float(np.log(max(less, tiny) / max(more, tiny)))
 
 
-def _predicted_energies(model: TorqueFit, count: int) -> Array:
-    """Return the energy of every stretch as the other stretches predict it, shape (count,)."""
+def _predicted_energies(model: TorqueFit, naming: Mask, count: int) -> Array:
+    """Return the energy of the naming rows of every stretch as the other stretches predict it, shape (count,)."""
     J = model.jacobian[:, _linear_columns(model)]
     # The Jacobian is of the residual over the noise, so the residual is taken over it as well.
     r = model.fitted / float(model.study.runs[0].sensor_std[0])
@@ -89,7 +94,8 @@ def _predicted_energies(model: TorqueFit, count: int) -> Array:
     for rows in np.array_split(np.arange(r.size), count):
         J_b, r_b = J[rows], r[rows]
         without = inverse(A - J_b.T @ J_b)
-        energies.append(float(np.sum((r_b + J_b @ (without @ (J_b.T @ r_b))) ** 2)))
+        predicted = r_b + J_b @ (without @ (J_b.T @ r_b))
+        energies.append(float(np.sum(predicted[naming[rows]] ** 2)))
     return np.array(energies)
 
 

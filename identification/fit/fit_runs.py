@@ -1,8 +1,8 @@
 """The fit of one configuration: `Equations` and `Run`s in, `Fitted` out, by the strategy that the runs allow.
 
 1. Where the recorded controller closes the loop, fit by simulation through it, from the recorded reference, with a
-   restrained Stribeck curve, and without a spring that nothing shows. Otherwise choose a strategy from the runs
-   (`identification.fit.strategy`).
+   restrained Stribeck curve, without a spring first and with one where the runs show it. Otherwise choose a strategy
+   from the runs (`identification.fit.strategy`).
 2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
 3. Keep that fit where its residual is at the noise: a position is the stricter test. Above the noise its standard
    deviations are widened by the jackknife, and of a model that explains nothing no parameter is identified.
@@ -36,7 +36,12 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.protocol import Simulator
-from haptid.identification.statistics.absent import with_absent_terms, without_absent_spring
+from haptid.identification.statistics.absent import (
+    SPRING,
+    with_absent_terms,
+    without_absent_spring,
+    without_spring,
+)
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
@@ -206,7 +211,10 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     if quiet(seen, options) or not both:
         return best
     delay = best.compared.delay_s
-    found = fit_torque(test.equations, test.runs, stated=test.stated, delay=delay, options=options, workers=workers)
+    found = fit_torque(
+        test.equations, test.runs, stated=test.stated, delay=delay, position=test.build(test.equations),
+        options=options, workers=workers,
+    )  # fmt: skip
     over = plain(seen.basins[0].over_noise)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
@@ -238,21 +246,48 @@ def _without_identified(found: Fit) -> Fit:
 def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
     """Fit by simulation through the recorded controller, which holds the simulation near the measured motion.
 
-    No observer is needed, and the Stribeck curve is held as in a fit of the torque: a controlled joint hardly creeps.
-    A spring that a model above the noise does not need is left out, because it takes the place of what is missing.
+    A controller of low gain leaves false minima, which an observer beside it takes away; few starts do then. The
+    Stribeck curve is held as in a fit of the torque: a controlled joint hardly creeps. A spring that a model above the
+    noise does not need is left out, because it takes the place of what is missing. From first guesses it does so at
+    once, and the fit ends far from the joint: hence the fit without it comes first.
     """
-    options = options.but(gains=(0.0,))
+    options = options.but(
+        gains=THRESHOLDS.observer_gains_beside_controller,
+        method="gauss_newton",
+        starts=min(options.starts, THRESHOLDS.most_starts_beside_controller),
+    )
     equations = restrain_stribeck(test.equations, test.runs, test.stated)
 
     def fit_closed(equations: Equations, options: FitOptions) -> Fit:
         return fit(test.build(equations), test.runs, options=options, workers=workers)
 
-    found = fit_within_own_bounds(fit_closed, equations, test.runs, test.own, options)
-    springless = without_absent_spring(found, test.own)
-    if not quiet(found, options) and springless is not None:
-        start = tuple(q.initial for q in springless.parameters)
-        refit = options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
-        found = fit_closed(springless, refit)
-    found = with_absent_terms(_widen_above_noise(test, found, options, workers))
+    none = without_spring(equations, test.own)
+    found = fit_within_own_bounds(fit_closed, none or equations, test.runs, test.own, options)
+    if none is not None:
+        found = _with_spring_if_seen(test, fit_closed, equations, found, options)
+    found = with_absent_terms(_widen_above_noise(test, found, options.but(gains=(0.0,)), workers))
     found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
     return Fitted(fit=found, torque_scored=False, compared=test.compare(found.values))
+
+
+def _with_spring_if_seen(
+    test: JointTest,
+    fit_closed: Callable[[Equations, FitOptions], Fit],
+    equations: Equations,
+    springless: Fit,
+    options: FitOptions,
+) -> Fit:
+    """Free the spring at the optimum without it, and return that fit where it is at the noise or the spring is seen."""
+    known = {id: value for id, value in springless.values.items() if id not in SPRING}
+    ranged = equations.with_parameters(
+        {q.id: {"lower": q.lower, "upper": q.upper} for q in springless.equations.parameters if q.id not in SPRING}
+    )
+    start = tuple(known.get(q.id, q.initial) for q in equations.parameters)
+    free = options.but(gains=(0.0,), starts=1)
+    sprung = fit_closed(ranged, free.but(start=start))
+    if quiet(sprung, options):
+        # Further starts tell whether the minimum is the only one.
+        return fit_closed(ranged, options.but(start=tuple(sprung.theta)))
+    if sprung.cost >= springless.cost or without_absent_spring(sprung, test.own) is not None:
+        return springless
+    return fit_within_own_bounds(fit_closed, ranged, test.runs, test.own, options.but(start=tuple(sprung.theta)))

@@ -5,6 +5,8 @@
 2. Fit without observer.
 3. Where the residual is above the torque's noise, widen the standard deviations by the jackknife: a slow sweep then
    identifies inertia, Stribeck velocity or viscous friction only as far as all its parts agree on them.
+4. Move the estimate within these errors along what free simulations of the position see
+   (`identification.fit.joint_cost`).
 """
 
 from __future__ import annotations
@@ -13,13 +15,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from haptid.identification.fit.joint_cost import move_by_position
 from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_runs
+from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.jackknife import with_jackknife
+from haptid.identification.statistics.score import residuals, score, score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Run
@@ -35,6 +40,7 @@ def fit_torque(
     *,
     stated: Sequence[str] = (),
     delay: float = 0.0,
+    position: Simulator | None = None,
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> Fit:
@@ -50,6 +56,8 @@ def fit_torque(
         Ids of the parameters that the user stated, which stay as they are.
     delay
         Delay of the recorded torque [s], as the plain model has it.
+    position
+        Simulator from torque to position, of the same parameters; where None the torque alone counts.
     options
         Choices of the fit; the observer gains are replaced by 0.
     workers
@@ -71,7 +79,37 @@ def fit_torque(
     found = fit(simulator, turned, options=options, workers=workers)
     if found.basins[0].over_noise > options.tolerance:
         found = with_jackknife(simulator, found, turned, options, workers)
+    if position is not None:
+        found = _move_by_position(found, simulator, position, runs, turned, delay)
     return found.but(outcome=Outcome.TORQUE_SCORED, notes=(*found.notes, *_sentences(found, turned)))
+
+
+def _move_by_position(
+    found: Fit,
+    simulator: TorqueSimulator,
+    position: Simulator,
+    runs: Sequence[Run],
+    turned: Sequence[Run],
+    delay: float,
+) -> Fit:
+    """Return the fit at the parameters that hold torque and position, its torques scored there."""
+    moved = move_by_position(found, position, runs, delay)
+    if moved is None:
+        return found
+    at = found.but(theta=moved.theta)
+    scores = []
+    for run in turned:
+        if run.use == "fit":
+            x0 = found.x0[run.file]
+            scores.append(score_of(run, residuals(simulator, at.theta, run, x0)[run.scored], x0))
+        elif run.use == "validate":
+            scores.append(score(simulator, at, run))
+    unit = unit_for("rad", runs[0].prismatic)
+    told = (
+        "torque and position are held by one cost: within the errors of the torque, the error of free simulations of "
+        f"the fitted runs falls from {moved.before:.3g} to {moved.after:.3g} {unit} RMS"
+    )
+    return at.but(runs=tuple(scores), notes=(*found.notes, told))
 
 
 def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequence[str]) -> Equations:
@@ -120,13 +158,13 @@ def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:
     """Say for every scored run how large the residual torque is, against the torque and against its noise."""
     scored: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in turned}
     told = []
-    for score in found.runs:
-        run = scored[score.file, score.use]
+    for one in found.runs:
+        run = scored[one.file, one.use]
         unit = unit_for("N m", run.prismatic)
         rms = float(np.sqrt(np.mean(run.y[run.scored] ** 2)))
-        close = "at" if score.over_noise <= FitOptions().tolerance else f"{score.over_noise:.1f} times"
+        close = "at" if one.over_noise <= FitOptions().tolerance else f"{one.over_noise:.1f} times"
         told.append(
-            f"{run.file} ({score.use}): residual torque {score.rmse_rad:.3g} {unit} RMS, {score.rmse_rad / rms:.1%} of "
+            f"{run.file} ({one.use}): residual torque {one.rmse_rad:.3g} {unit} RMS, {one.rmse_rad / rms:.1%} of "
             f"the torque's RMS and {close} its white noise ({float(run.sensor_std[0]):.2g} {unit})"
         )
     return told

@@ -22,6 +22,9 @@ from haptid.model.friction.registry import law_named
 SPRING = ("Ks", "epos")
 """Ids of the stiffness and the equilibrium of a single joint's spring."""
 
+NO_SPRING: dict[str, object] = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fixed": True}
+"""Entries of both parameters that leave a spring out."""
+
 
 def with_absent_terms(fit: Fit) -> Fit:
     """Tell spring, gravity and stiction that the data do not need as absent.
@@ -74,8 +77,28 @@ def without_absent_spring(fit: Fit, own: Sequence[str]) -> Equations | None:
         for q in fit.equations.parameters
         if q.id in fit.free
     }
-    none = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fixed": True}
-    return fit.equations.with_parameters(kept | dict.fromkeys(SPRING, none))
+    return fit.equations.with_parameters(kept | dict.fromkeys(SPRING, NO_SPRING))
+
+
+def without_spring(equations: Equations, own: Sequence[str]) -> Equations | None:
+    """Leave out the spring of a single joint.
+
+    Parameters
+    ----------
+    equations
+        Equations of the joint.
+    own
+        Ids of the parameters that nobody stated: a stated spring stays.
+
+    Returns
+    -------
+    Equations or None
+        With the spring fixed at 0; None where there is none, or where it was stated.
+    """
+    stiffness = [q for q in equations.parameters if q.id == SPRING[0]]
+    if not set(SPRING) <= set(own) or not stiffness or stiffness[0].fixed or stiffness[0].lower > 0:
+        return None
+    return equations.with_parameters(dict.fromkeys(SPRING, NO_SPRING))
 
 
 def _open(fit: Fit, ids: Sequence[str]) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from haptid.discrepancy.torque.closed_loop import refit_through_controller
+from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_controller
 from haptid.discrepancy.torque.fit import fit_model, rms
 from haptid.discrepancy.torque.study import TorqueStudy, torque_study_of
 from haptid.discrepancy.torque_search.candidate import compare_candidates
@@ -91,7 +91,7 @@ def test_the_load_is_what_inertia_gravity_and_spring_take():
 def test_rows_at_rest_do_not_count(study: TorqueStudy):
     for run, moving in zip(study.runs, study.moving, strict=True):
         assert not moving[run.t > run.t[-1] - 0.3].any()
-        assert moving[(run.t > 0.3) & (run.t < 4.0)].mean() > 0.8
+        assert moving[(run.t > 0.3) & (run.t < 4.0)].mean() > 0.7
 
 
 def test_friction_by_load_is_found_in_the_torque_of_the_drive(study: TorqueStudy):
@@ -105,8 +105,20 @@ def test_friction_by_load_is_found_in_the_torque_of_the_drive(study: TorqueStudy
     assert rms(model.unseen) < 0.5 * rms(base.unseen)
     # The scale of all torques, kt/R, is the stated one; a ratio of torques does not hang on it.
     assert model.values["friction_of_load"] == pytest.approx(TRUTH["friction_of_load"], rel=0.1)
-    before, after = (refit_through_controller(one, starts=2, seed=0) for one in (base, model))
+    before, after = (refit_through_controller(one) for one in (base, model))
     assert before is not None
     assert after is not None
     assert after.mean_absolute["validate"] < 0.3 * before.mean_absolute["validate"]
     assert after.as_json()["validate"]["rms"] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("squares", "better"),
+    [((4.0, 5.0, 6.0), True), ((1.1, 5.0, 0.2), False), ((1.0, 2.0, 3.0), False), ((0.5, 1.0, 1.5), False)],
+)
+def test_a_model_is_better_where_the_runs_agree_on_it(squares: tuple[float, ...], better: bool):
+    own, other = (
+        ClosedLoop(values={}, mean_absolute={}, rms={}, runs={"fit": 3}, squares=np.array(some))
+        for some in ((1.0, 2.0, 3.0), squares)
+    )
+    assert own.is_better_than(other) is better
