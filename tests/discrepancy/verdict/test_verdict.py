@@ -52,7 +52,9 @@ def test_what_has_no_name_and_hardly_shows_on_held_out_runs_is_nothing(gain: flo
         candidate=SimpleNamespace(prediction=SimpleNamespace(score=gain / 2.0)),
     )  # fmt: skip
     study = SimpleNamespace(unseen=("a run",))
-    found = SimpleNamespace(best=best, before=plain, beaten_by=None, study=study, law=None, rivals=())
+    found = SimpleNamespace(
+        best=best, before=plain, beaten_by=None, study=study, law=None, rivals=(), standing=()
+    )  # fmt: skip
     assert verdict_of(found) == verdict  # type: ignore[arg-type] # what the verdict reads of a search
     study.unseen = ()
     assert verdict_of(found) == "unlisted"  # type: ignore[arg-type] # without held-out runs nothing speaks against it
