@@ -137,6 +137,8 @@ def _moved(found: Fit, theta: Array, columns: Sequence[int], step: Array) -> Arr
     for k, q in enumerate(rows):
         if q.id in parametrisation.ids:
             trial[k] = np.clip(trial[k], q.lower, q.upper)
+    # Stiction may have ended at its bound; Coulomb friction is never above it.
+    trial[coulomb] = min(trial[coulomb], trial[stiction])
     return trial
 
 

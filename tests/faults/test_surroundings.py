@@ -58,7 +58,7 @@ def test_a_home_that_cannot_be_written_costs_one_remark(tmp_path: Path):
     assert "set HAPTID_CACHE to a folder of yours" in lines[0]
 
 
-@pytest.mark.parametrize("size", ["64k", "8m"])
+@pytest.mark.parametrize("size", ["64k", "1m"])
 def test_a_full_disk_below_the_cache_is_one_line(size: str, mount: Mount, tmp_path: Path):
     cache = mount(f"size={size}") / "cache"
     code, lines = ended(
