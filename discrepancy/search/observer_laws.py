@@ -72,14 +72,15 @@ def lead_on(s: Searcher, at: UnderObserver, white: Solution) -> Led:
     rows = at.study.rows
     if not at.study.alone:
         return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start)))
-    single = min([at.start, *extend_lead(s, at, at.start)], key=lambda found: found.cost)
+    extended = extend_lead(s, at, at.start)
+    single = min([at.start, *extended], key=lambda found: found.cost)
     if single.over_noise(rows) < THRESHOLDS.search.largest_left_of_noise_under_observer:
-        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start)))
+        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, extended)))
     others = [_under(s, at, white, law) for law in laws() if law != at.study.base.friction[0]]
     best = min(others, key=lambda other: other.at.start.cost)
     if _leaves_far_less(best.at.start, single, rows):
         return best.led(best.at.start)
-    rounds = follow_leads(s, at, at.start)
+    rounds = follow_leads(s, at, at.start, extended)
     last = rounds[-1][0] if rounds else at.start
     if rounds and last.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer:
         beside = {found[0].name: found[0] for found in (rounds[0], rounds[-1])}.values()

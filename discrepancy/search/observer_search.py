@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from haptid.discrepancy.candidate.refit import start_values
 from haptid.discrepancy.detect.score_tests import Score, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
-from haptid.discrepancy.fit.homotopy import Guided, hold_shapes, release_observer, start_under_observer
+from haptid.discrepancy.fit.homotopy import Guided, hold_shapes, start_under_observer
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
@@ -133,7 +133,7 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     return UnderObserver(study=study, start=start, found=found, excess=start.excess(study.rows))
 
 
-def follow_leads(s: Searcher, at: UnderObserver, before: Lead) -> list[list[Lead]]:
+def follow_leads(s: Searcher, at: UnderObserver, before: Lead, made: Sequence[Lead] | None = None) -> list[list[Lead]]:
     """Choose effects one by one under the observer.
 
     Parameters
@@ -144,6 +144,8 @@ def follow_leads(s: Searcher, at: UnderObserver, before: Lead) -> list[list[Lead
         Study, nominal model and signatures.
     before
         Model that is extended.
+    made
+        What `extend_lead` returned for it, where it was extended once already.
 
     Returns
     -------
@@ -153,12 +155,12 @@ def follow_leads(s: Searcher, at: UnderObserver, before: Lead) -> list[list[Lead
     """
     rows, rounds = at.study.rows, list[list[Lead]]()
     while len(before.effects) < THRESHOLDS.search.most_effects_under_observer:
-        made = extend_lead(s, at, before)
+        made = extend_lead(s, at, before) if made is None else made
         if not made or not _takes_a_share(made[0], before, at):
             break
         now = _without_unneeded(s, at, made[0])
         rounds.append([now, *(lead for lead in made[1:] if _comes_near(lead, made[0], rows))])
-        before = now
+        before, made = now, None
         s.tell(f"{now.name} under the observer", figures=f"{now.over_noise(rows):.3g} times the noise is left")
     return rounds
 
@@ -277,11 +279,4 @@ def release_leads(s: Searcher, leads: Sequence[Lead]) -> list[Solution]:
     list of Solution
         Free fits, best first by `Searcher.rank`.
     """
-    study = s.side_by_side(THRESHOLDS.study.coarse_step_s)
-
-    def release(lead: Lead) -> tuple[Solution, int]:
-        return release_observer(study, lead.effects, lead.fit, THRESHOLDS.fit.rough_tolerance_chi2)
-
-    done = s.map_all("the best of them, released", release, leads)
-    s.simulations += sum(calls for _, calls in done) * len(study.fitted)
-    return s.rank_fits(solution for solution, _ in done)
+    return s.release(s.side_by_side(THRESHOLDS.study.coarse_step_s), [(lead.effects, lead.fit) for lead in leads])

@@ -460,10 +460,28 @@ class Searcher:
         few = best_first(begun)[: THRESHOLDS.search.most_effects_continued]
         sieved = self.map_all("the best from first guesses", partial(_sieve_fit, rough), few)
         fewer = best_first(sieved)[: THRESHOLDS.search.most_effects_released]
-        done = self.map_all("the best of them, released", partial(_release_fit, rough), fewer)
-        calls = sum(low.reached.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
+        calls = sum(low.reached.calls for _, low in (*begun, *sieved))
         self.simulations += calls * len(self.study.fitted)
-        return self.rank_fits(s for s, _ in done)
+        return self.release(rough, fewer)
+
+    def release(self, rough: Study, tried: Sequence[Tried]) -> list[Solution]:
+        """Release the observer for fits that it guided.
+
+        Parameters
+        ----------
+        rough
+            Study at the inner step of the fits, with one thread for each.
+        tried
+            Effects of models, each with its fit under the observer.
+
+        Returns
+        -------
+        list of Solution
+            Free fits, best first by `rank`.
+        """
+        done = self.map_all("the best of them, released", partial(_release_fit, rough), tried)
+        self.simulations += sum(calls for _, calls in done) * len(self.study.fitted)
+        return self.rank_fits(solution for solution, _ in done)
 
     def side_by_side(self, step: float) -> Study:
         """Return the study at an inner step [s], with one thread for each fit, for fits that run side by side.
