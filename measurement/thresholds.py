@@ -15,6 +15,25 @@ from dataclasses import dataclass
 class Thresholds:
     """Numbers that decide an outcome of measurement, each with its quantity and unit."""
 
+    # Positions that a recorder averaged over rows.
+    most_averaged_rows: int = 99
+    """Largest stated number of rows of an average [1]."""
+    least_rows_of_spectrum: int = 200
+    """Fewest rows of a run whose spectrum is looked at [1]."""
+    most_rows_of_spectrum: int = 4096
+    """Rows of a run whose spectrum is looked at [1]: more tell nothing more."""
+    most_spectra_of_averaging: int = 6
+    """Number of spectra, one for each run and joint, that are looked at [1]."""
+    largest_spread_of_even_rows: float = 0.01
+    """Largest spread of row intervals over their median up to which rows count as even [1]."""
+    least_frequency_of_averaging_per_row: float = 0.1
+    """Frequency [1/row] from which on the spectrum is looked at: below it are the motion and slow errors."""
+    floor_of_notch: float = 1e-3
+    """What rounding to a step leaves in a notch of an average's spectrum, over its level beside [1]."""
+    least_lead_of_average_per_spectrum: float = 10.0
+    """Log likelihood by which the spectrum of an average must be ahead of a smooth one, for each run and joint
+    [1]: a factor of 2·10⁴."""
+
     # Tables: what is read of a file.
     least_rows_of_table: int = 8
     """Rows of the shortest table that is read [1]."""

@@ -75,7 +75,7 @@ def data_digest(campaign: Campaign, device: Device | None, configuration: Config
     digest.update(repr(campaign.drives).encode())
     digest.update(repr((configuration.free_joints, configuration.posture)).encode())
     for run in configuration.runs:
-        digest.update(repr((run.file, run.use, run.hold, run.score_from)).encode())
+        digest.update(repr((run.file, run.use, run.hold, run.score_from, run.averaged_rows)).encode())
         for array in (run.t, run.u, run.inputs, run.y, run.v, run.noise, run.resolution):
             digest.update(b"" if array is None else array.tobytes())
     return digest.hexdigest()[:16]

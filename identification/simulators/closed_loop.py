@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from haptid.measurement.signals.averaging import average_rows
 from haptid.measurement.values.run import Array, Run, freeze
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
@@ -246,4 +247,4 @@ def simulate_recorded(kernel: CompiledKernel, theta: Array, run: Run) -> Array:
     inputs = np.zeros((run.t.size, len(kernel.equations.inputs)))
     inputs[:, :n] = run.u
     y = kernel.simulate(run.t, inputs, theta, start_at_rest(kernel, run), linear=run.hold == "linear")
-    return y[:, :n]
+    return average_rows(y[:, :n], run.averaged_rows)

@@ -17,7 +17,13 @@ import numpy as np
 from haptid.fmu_build.building.packaging import Fmu
 from haptid.fmu_build.description.variables import sensitivity_name, structured_name
 from haptid.identification.simulators.fmu_slave import FmuSlave
-from haptid.identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
+from haptid.identification.simulators.protocol import (
+    Trajectory,
+    as_recorded,
+    initial_state,
+    observer_hold,
+    observer_inputs,
+)
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.fmu_names import INNER_STEP, SENSITIVITY_SWITCH
@@ -180,10 +186,11 @@ class FmuSimulator:
             slave.initialise(start, switches={at.switch: sensitivities}, time=float(run.t[0]))
             result = slave.run(run.t, moving, table[:, varying], outputs, step=self.step)
         if not sensitivities:
-            return Trajectory(t=run.t, y=result)
+            return as_recorded(run, Trajectory(t=run.t, y=result))
         n_y, n_p = len(e.outputs), len(e.parameters)
         dy = result[:, n_y:].reshape(run.t.size, n_y, -1)
-        return Trajectory(t=run.t, y=result[:, :n_y].copy(), dy_dtheta=dy[..., :n_p], dy_dx0=dy[..., n_p:])
+        made = Trajectory(t=run.t, y=result[:, :n_y].copy(), dy_dtheta=dy[..., :n_p], dy_dx0=dy[..., n_p:])
+        return as_recorded(run, made)
 
 
 def _drive(at: References, run: Run, gain: float) -> tuple[tuple[int, ...], Array]:

@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
+from haptid.identification.simulators.protocol import (
+    Trajectory,
+    as_recorded,
+    initial_state,
+    observer_hold,
+    observer_inputs,
+)
+from haptid.measurement.signals.averaging import average_rows
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.output_injection import with_observer
@@ -97,10 +104,10 @@ class KernelSimulator:
         inputs, linear = observer_inputs(run, gain), observer_hold(run)
         if not sensitivities:
             y = self.kernel.simulate(run.t, inputs, theta, start, linear=linear, step=self.step)
-            return Trajectory(t=run.t, y=y)
+            return as_recorded(run, Trajectory(t=run.t, y=y))
         y, dy = self.kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear, step=self.step)
         n = len(self.equations.parameters)
-        return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
+        return as_recorded(run, Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:]))
 
     def onward(self, theta: Array, run: Run, rows: slice, x: Array) -> tuple[Array, Array]:
         """Simulate some rows of a run, freely, from a state at the first of them.
@@ -119,7 +126,7 @@ class KernelSimulator:
         Returns
         -------
         y : ndarray, shape (n_rows, n_y)
-            Outputs [rad], equal bit by bit to those of a simulation of the whole run.
+            Outputs [rad] as they are, before any average over rows; bit by bit those of a simulation of the whole run.
         last : ndarray, shape (n_x,)
             State at the last row.
         """
@@ -152,4 +159,5 @@ class KernelSimulator:
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
         starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
         inputs, linear = observer_inputs(run, gain), observer_hold(run)
-        return self.kernel.simulate_many(run.t, inputs, thetas, starts, linear=linear, threads=threads, step=self.step)
+        made = self.kernel.simulate_many(run.t, inputs, thetas, starts, linear=linear, threads=threads, step=self.step)
+        return average_rows(made.swapaxes(0, 1), run.averaged_rows).swapaxes(0, 1)

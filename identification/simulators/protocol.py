@@ -6,11 +6,12 @@ torque equation and the observer all satisfy it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from haptid.measurement.signals.averaging import average_rows
 from haptid.measurement.values.run import Array, Run, freeze
 from haptid.model.equations.equations import Equations
 
@@ -125,6 +126,28 @@ def initial_state(equations: Equations, run: Run) -> Array:
     if run.v is not None:
         x0[n : 2 * n] = run.v[0]
     return freeze(x0)
+
+
+def as_recorded(run: Run, made: Trajectory) -> Trajectory:
+    """Average a simulation over rows as the recorder of a run averaged its positions.
+
+    Parameters
+    ----------
+    run
+        Run with its ``averaged_rows``.
+    made
+        Simulated outputs and sensitivities.
+
+    Returns
+    -------
+    Trajectory
+        The averages; ``made`` itself where the recorder did not average.
+    """
+    if run.averaged_rows <= 1:
+        return made
+    slopes = (made.dy_dtheta, made.dy_dx0)
+    by_theta, by_x0 = (None if slope is None else average_rows(slope, run.averaged_rows) for slope in slopes)
+    return replace(made, y=average_rows(made.y, run.averaged_rows), dy_dtheta=by_theta, dy_dx0=by_x0)
 
 
 def observer_inputs(run: Run, gain: float, rows: slice = slice(None)) -> Array:

@@ -2,7 +2,8 @@
 
 1. Read the folder.
 2. Refuse numbers, clocks and stated parameters that allow no fit.
-3. Estimate noise and encoder step where they are not stated, then hold out runs for validation.
+3. Recognise positions that are averages over rows, and estimate noise and encoder step, where they are not stated;
+   then hold out runs for validation.
 4. Refuse configurations at rest, which only the noise decides.
 5. Collect the remarks on likely slips.
 """
@@ -17,6 +18,7 @@ from haptid.measurement.checks.remarks import remark_lines, remarks_of
 from haptid.measurement.checks.sizes import check_sizes
 from haptid.measurement.checks.stated import check_stated
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.hold_out import with_validation
 from haptid.measurement.signals.noise import campaign_with_noise
 from haptid.measurement.values.campaign import Campaign
@@ -26,7 +28,7 @@ from haptid.support.listener import Listener
 
 
 def prepare(campaign: Campaign) -> Campaign:
-    """Estimate noise and resolution where they are not stated, then hold out runs where none validates.
+    """Recognise averages over rows, estimate noise and resolution, then hold out runs where none validates.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ def prepare(campaign: Campaign) -> Campaign:
         With noise and resolution in every run, and a validation run in every fitted configuration that allows one.
     """
     # Noise first: the estimates are from whole runs, and both parts of a split run get the same noise.
-    return with_validation(campaign_with_noise(campaign))
+    return with_validation(campaign_with_noise(with_averaging(campaign)))
 
 
 def prepare_campaign(campaign: Campaign) -> Campaign:

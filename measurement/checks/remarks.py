@@ -14,6 +14,7 @@ from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
+from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.thresholds import THRESHOLDS
@@ -64,6 +65,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     InputError
         Where the file of the device is at fault.
     """
+    campaign = with_averaging(campaign)
     limits, between = limits_of(campaign), (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
     made = []
     for run in campaign.runs:
@@ -105,6 +107,8 @@ def _stillness(run: Run, full: Run, column: int) -> list[str]:
 def _circumstances(run: Run, column: int) -> list[str]:
     """Return what any fit of one joint of a run has to know, and does."""
     found = []
+    if run.averaged_rows > 1:
+        found.append(f"positions are averages over {run.averaged_rows} rows: simulations are averaged alike")
     sign = position_control(run, column)
     if sign:
         found.append(f"{sign}: recorded under position control, an open-loop simulation from the torque would drift")

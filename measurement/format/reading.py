@@ -191,7 +191,7 @@ def is_foreign(folder: Path | str | None) -> bool:
 def _joint_tables(source: TomlSource, device: str, count: int | None) -> dict[int, dict[str, Any]]:
     tables = joint_tables(source)
     for joint, table in tables.items():
-        schema.check_table(source, table.get("sensor", {}), schema.SENSOR, f"joint.{joint}.sensor")
+        schema.check_table(source, table.get("sensor", {}), schema.OWN_SENSOR, f"joint.{joint}.sensor")
         if count is not None and joint >= count:
             expected = f"a joint of {device}, {joint_range(count)}"
             raise InputError(source.where(f"joint.{joint}"), expected=expected, got=str(joint))

@@ -101,7 +101,8 @@ def read_runs(  # what the entries are read against, each once
         noise, resolution = sensor_of(source, tables, joints, signals.prismatic)
         unknown.update(dict.fromkeys(signals.unknown))
         run = _make_run({"hold": hold, **entry}, signals, _posture(entry, device, count))
-        runs.append(run.but(noise=noise, resolution=resolution))
+        averaged = source.data.get("sensor", {}).get("averaged_rows", 0)
+        runs.append(run.but(noise=noise, resolution=resolution, averaged_rows=averaged))
     _check_fit_runs(source, runs)
     return tuple(runs), tuple(unknown)
 

@@ -95,6 +95,11 @@ def _is_step(value: object) -> bool:
     )
 
 
+def _is_window(value: object) -> bool:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return whole and 1 <= value <= THRESHOLDS.most_averaged_rows and value % 2 == 1  # type: ignore[operator] # a number
+
+
 def _is_constant(value: object) -> bool:
     return (
         is_number(value) and THRESHOLDS.smallest_torque_per_ampere <= abs(value) <= THRESHOLDS.largest_torque_per_ampere
@@ -131,7 +136,9 @@ CAMPAIGN = {
     "hold": HOLD,
     **REMARKED,
 }
-SENSOR = {"noise_rad": NOISE, "resolution_rad": STEP, "noise_m": NOISE, "resolution_m": STEP}
+WINDOW = Key(accepts=_is_window, words=f"an odd number of rows, 1 to {THRESHOLDS.most_averaged_rows}")
+OWN_SENSOR = {"noise_rad": NOISE, "resolution_rad": STEP, "noise_m": NOISE, "resolution_m": STEP}
+SENSOR = {**OWN_SENSOR, "averaged_rows": WINDOW}
 RUN = {
     "file": Key(accepts=_is_text, words='the name of a table, as in "joint4.csv"', required=True),
     "free_joints": Key(accepts=_is_joints, words="distinct joint numbers, as in [4] or [0, 1]", required=True),

@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from haptid.measurement.signals.averaging import average_rows
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.smoothing import convolve_gaussian, dominant_period
 from haptid.measurement.thresholds import THRESHOLDS
@@ -215,12 +216,13 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
     rows = width / dt
     edge = _edge_rows(n, rows)
     first = int(np.searchsorted(t, run.t[run.score_from]))
+    # Where the recorder averaged the positions over rows, the torque is averaged alike.
     return FilteredMotion(
         t=t,
         q=convolve_gaussian(y, rows),
         v=convolve_gaussian(y, rows, 1) / dt,
         a=convolve_gaussian(y, rows, 2) / dt**2,
-        torque=convolve_gaussian(_torque(run, t), rows),
+        torque=convolve_gaussian(average_rows(_torque(run, t), run.averaged_rows), rows),
         width=width,
         edge=edge,
         interior=slice(max(first, edge), n - edge),
@@ -246,7 +248,7 @@ def _noise(run: Run) -> Array:
 
     A reading that was filtered or re-sampled before it was stored has less noise between neighbouring rows than it has.
     """
-    seen = [estimate_noise(run.t, y) for y in run.y.T]
+    seen = [estimate_noise(run.t, y, averaged_rows=run.averaged_rows) for y in run.y.T]
     return np.maximum(np.nan_to_num(run.sensor_std), seen)
 
 

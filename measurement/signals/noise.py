@@ -104,7 +104,31 @@ def robust_std(values: Array) -> float:
     return std
 
 
-def estimate_noise(t: Array, y: Array, resolution: float = 0.0) -> float:
+def share_kept_of_average(order: int, rows: int) -> float:
+    """Return what divided differences show of the noise of positions that are averages over rows.
+
+    Parameters
+    ----------
+    order
+        Order m of the differences, of evenly spaced rows.
+    rows
+        Number of rows N of the average; 0 and 1 are none.
+
+    Returns
+    -------
+    float
+        Standard deviation of the contrasts over that of a reading, √N·‖w ∗ 1_N/N‖ with the weights w of norm 1 of a
+        difference: 1 without an average, less with one, for neighbouring averages share rows.
+    """
+    difference = np.array([1.0])
+    for _ in range(order):
+        difference = np.convolve(difference, [1.0, -1.0])
+    window = np.ones(max(rows, 1))
+    norms = np.linalg.norm(np.convolve(difference, window)) / np.linalg.norm(difference)
+    return float(norms / np.sqrt(window.size))
+
+
+def estimate_noise(t: Array, y: Array, resolution: float = 0.0, averaged_rows: int = 1) -> float:
     """Estimate the standard deviation of the white noise of a reading.
 
     Parameters
@@ -113,6 +137,8 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0) -> float:
         Time [s] and reading [rad] or [m], shape (n_t,), with at least 7 rows.
     resolution
         Encoder step h [rad] or [m].
+    averaged_rows
+        Number of rows over which the recorder averaged the readings.
 
     Returns
     -------
@@ -126,9 +152,12 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0) -> float:
     the noise finite.
 
     Where the joint rests inside one encoder step for most of the run, the step hides the noise and the estimate
-    is near 0: √(σ² + h²/12) is then h/√12. Noise of a filtered reading is not white and comes out too small.
+    is near 0: √(σ² + h²/12) is then h/√12. Noise of a filtered reading is not white and comes out too small; that of an
+    average over rows is corrected by `share_kept_of_average`.
     """
-    estimates = np.array([robust_std(contrasts(t, y, order)) for order in DIFFERENCE_ORDERS if y.size > 2 * order])
+    orders = [order for order in DIFFERENCE_ORDERS if y.size > 2 * order]
+    kept = np.array([share_kept_of_average(order, averaged_rows) for order in orders])
+    estimates = np.array([robust_std(contrasts(t, y, order)) for order in orders]) / kept
     least = float(estimates.min())
     # Higher orders remove more motion but average over fewer independent rows: the lowest sufficient one is used.
     lowest = float(estimates[estimates <= 1.05 * least][0])
@@ -155,7 +184,8 @@ def with_noise(run: Run) -> Run:
         return run
     resolution = np.array([estimate_resolution(y) for y in run.y.T])
     resolution = np.where(np.isnan(run.resolution), resolution, run.resolution)
-    noise = np.array([estimate_noise(run.t, y, h) for y, h in zip(run.y.T, resolution, strict=True)])
+    rows = run.averaged_rows
+    noise = np.array([estimate_noise(run.t, y, h, rows) for y, h in zip(run.y.T, resolution, strict=True)])
     return run.but(noise=np.where(np.isnan(run.noise), noise, run.noise), resolution=resolution)
 
 

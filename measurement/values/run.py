@@ -81,6 +81,9 @@ class Run:
         ``u`` is then the torque that they make at the stated parameters of the drive. Empty where u is the input.
     score_from
         Index of the first row whose residual is scored. The rows before bring the simulation to that state.
+    averaged_rows
+        Number of rows over which the recorder averaged each position, evenly about it; 1 where it did not, 0 where
+        nobody said so and it is to be recognised. Simulated positions are averaged alike.
 
     Raises
     ------
@@ -111,6 +114,7 @@ class Run:
     extra: Mapping[str, Array] = field(default_factory=dict)
     drive_inputs: Mapping[str, Array] = field(default_factory=dict)
     score_from: int = 0
+    averaged_rows: int = 0
 
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""

@@ -15,6 +15,7 @@ from haptid.fmu_build.native.platforms import this_platform
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.signals.averaging import average_rows
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
@@ -142,3 +143,17 @@ def test_an_identification_fmu_holds_loaders_for_this_machine_alone():
     names = ZipFile(identification_fmu(equations(4)).path).namelist()
     folders = {name.split("/")[1] for name in names if name.startswith("binaries/") and not name.endswith("/")}
     assert folders <= {p.fmi2[0] for p in this_platform()}
+
+
+@pytest.mark.parametrize("kind", ["python", "native"])
+def test_a_simulation_is_averaged_over_rows_as_the_recorder_did(kind: Kind):
+    run, theta = run_of(1), initial(equations(4))
+    for simulator in simulators(kind, 4):
+        plain = simulator.simulate(theta, run, sensitivities=True)
+        made = simulator.simulate(theta, run.but(averaged_rows=5), sensitivities=True)
+        for now, before in ((made.y, plain.y), (made.dy_dtheta, plain.dy_dtheta), (made.dy_dx0, plain.dy_dx0)):
+            np.testing.assert_array_equal(now, average_rows(before, 5))
+        np.testing.assert_array_equal(simulator.simulate(theta, run.but(averaged_rows=5)).y, average_rows(plain.y, 5))
+    kernel = simulators(kind, 4)[1]
+    many = kernel.simulate_many(np.stack([theta, 1.1 * theta]), run.but(averaged_rows=5))
+    np.testing.assert_allclose(many[0], average_rows(kernel.simulate(theta, run).y, 5), rtol=0, atol=1e-12)
