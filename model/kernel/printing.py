@@ -114,8 +114,13 @@ class CPrinter(C99CodePrinter):
     """
 
     def __init__(self, names: dict[str, str]) -> None:
-        super().__init__({"user_functions": _C})
+        super().__init__({"user_functions": _C, "math_macros": {}})  # kernels include no math.h
         self.names = names
+
+    def _print(self, expr: sp.Basic, **kwargs: Any) -> str:
+        if isinstance(expr, sp.Function) and expr.is_number:  # functions take lanes, a constant is none
+            return repr(float(expr))
+        return str(super()._print(expr, **kwargs))
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
         return self.names.get(expr.name, expr.name)

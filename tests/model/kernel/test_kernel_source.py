@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
+import sympy as sp
 
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel import generate as module
 from haptid.model.kernel.generate import generate
+from haptid.model.kernel.printing import CPrinter
 
 
 @pytest.fixture
@@ -46,3 +49,11 @@ def test_other_formulas_steps_and_sensitivities_have_another_source(printings: l
     assert len(sources) == 4
     assert len(printings) == 4
     assert generate(first, step=1e-3).digest != generate(first).digest
+
+
+def test_constants_are_numbers():
+    x = sp.Symbol("x", real=True)
+    text = CPrinter({}).doprint(sp.log(2) * x + sp.pi + sp.exp(sp.Rational(1, 2)))
+    assert "M_" not in text
+    assert "hk_log" not in text  # functions take lanes
+    assert text == f"x*{math.log(2)!r} + {math.exp(0.5)!r} + {math.pi!r}"
