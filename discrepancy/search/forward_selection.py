@@ -33,10 +33,10 @@ from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.dominance import closes_most, dominant
 from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, other_laws
 from haptid.discrepancy.search.observer_laws import Led, lead_on
-from haptid.discrepancy.search.observer_search import begin_under_observer, release_leads
+from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, release_leads
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.tools import Searcher, first_tests
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
@@ -92,24 +92,41 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ign
 def _search_under_observer(begun: _Begun, tell: Progress) -> Search:
     """Search where the nominal model is far from noise: first under the observer, then freely from what it led to."""
     s = begun.searcher
-    led = lead_on(s, begin_under_observer(s, begun.white), begun.white)
+
+    answers: dict[str, bool] = {}
+
+    def is_enough(lead: Lead) -> bool:
+        """Say whether one effect leaves noise and scatter alone: under the observer, scatter looks like effects."""
+        if lead.name not in answers:
+            trials = s.step(begun.start.candidate, release_leads(s, [lead]), freed=True)
+            answers[lead.name] = explains_all(trials)
+        return answers[lead.name]
+
+    led = lead_on(s, begin_under_observer(s, begun.white), begun.white, is_enough)
     if led.law is None:
         return _finish(replace(begun, led=led), tell)
     tell(f"search under the friction law {led.law}")
     other = law_from(begun.study, begun.start, begun.white, led.law, led.nominal)
+    if not led.leads and (alone := _law_alone(other, begun)) is not None:
+        tell(f"nothing comes near the friction law {led.law}")
+        return alone
     again = replace(_begin(other.study, other.base, tell), led=led)
     again.searcher.simulations += s.simulations
-    if not led.leads and not again.start.adequate and closes_most(again.start, begun.start):
-        tell(f"nothing comes near the friction law {led.law}")
-        return _law_alone(again, begun.start)
     return replace(_finish(again, tell), asked=begun.start)
 
 
-def _law_alone(begun: _Begun, asked: Trial) -> Search:
-    """End with a friction law that closes most of the gap, beside which no effect takes a share of what it leaves."""
+def _law_alone(other: OtherLaw, begun: _Begun) -> Search | None:
+    """End with a friction law that closes most of the gap, beside which no effect takes a share of what it leaves.
+
+    None where the law leaves noise alone, so that the catalogue has to be scored beside it, or too much of the gap.
+    """
+    _, plain = under_own_noise(other.study, other.base)
+    start = first_tests(other.study, score_candidate(other.study, plain, plain.calls))
+    if start.passes or not closes_most(start, begun.start):
+        return None
     return Search(
-        study=begun.study, base=begun.base, plain=begun.start, scan=begun.first, trials=(), best=begun.start,
-        simulations=begun.searcher.simulations, standing=(MISSING,), asked=asked,
+        study=other.study, base=other.base, plain=start, scan=begun.first, trials=(), best=start,
+        simulations=begun.searcher.simulations, standing=(MISSING,), asked=begun.start,
     )  # fmt: skip
 
 
@@ -314,15 +331,30 @@ def _forward_from_leads(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[
     if led is not None and led.leads and not start.adequate:
         trials = s.step(start.candidate, release_leads(s, led.leads), freed=True)
         trials += prune_stand_ins(s, trials, start)
-        if not explains_all(trials) and (best := chosen(trials)) is not None and not best.left.far:
-            trials += s.step(best.candidate, s.ready(best.solution, THRESHOLDS.search.most_effects_continued))
+        near = chosen(trials)
+        if near is not None and not explains_all(trials) and not near.left.far:
+            trials += s.step(near.candidate, s.ready(near.solution, THRESHOLDS.search.most_effects_continued))
         best = chosen(trials)
-        if best is not None and explains_all(trials):
+        explained = best is not None and explains_all(trials)
+        if best is not None and explained and not (best is not near and _is_weak(best, s.study)):
             return trials, best, ()
-        if best is not None and (stands := dominant(s, led.at, best, start)) is not None:
+        if near is not None and (stands := dominant(s, led.at, near, start)) is not None:
             return [*trials, stands], stands, tuple(e.key for e in stands.solution.effects)
+        if explained or _is_hopeless(led):
+            return trials, best or start, ()
     made, best = _forward(s, start, begun)
     return [*trials, *made], chosen([t for t in trials if t.adequate]) or best, ()
+
+
+def _is_hopeless(led: Led) -> bool:
+    """Say whether even under the observer the best effects leave far more than noise: a free search finds no better."""
+    rows = led.at.study.rows
+    return all(lead.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer for lead in led.leads)
+
+
+def _is_weak(more: Trial, study: Study) -> bool:
+    """Say whether held-out runs hardly show the last effect: it mends what the formulas of the others leave."""
+    return bool(study.unseen) and more.held_out < THRESHOLDS.verdict.least_evidence_of_each_name
 
 
 def _forward(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Trial]:

@@ -6,7 +6,7 @@ were chosen under the law of the study. A law that leaves far less takes the pla
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from haptid.discrepancy.fit.solution import Solution
@@ -45,7 +45,9 @@ class Led:
         return self.at.start.fit.values
 
 
-def lead_on(s: Searcher, at: UnderObserver, white: Solution) -> Led:
+def lead_on(
+    s: Searcher, at: UnderObserver, white: Solution, is_enough: Callable[[Lead], bool] = lambda _: False
+) -> Led:
     """Choose effects under the observer, and the friction law beside which they are chosen.
 
     Parameters
@@ -56,6 +58,8 @@ def lead_on(s: Searcher, at: UnderObserver, white: Solution) -> Led:
         Nominal model and signatures under the observer.
     white
         Fit of the nominal model, from which other laws take their first guesses.
+    is_enough
+        As `follow_leads` asks it, under the law of the study.
 
     Returns
     -------
@@ -65,31 +69,42 @@ def lead_on(s: Searcher, at: UnderObserver, white: Solution) -> Led:
     Notes
     -----
     1. Fit the best single effect and, where it leaves more than noise, the nominal model under every other law.
-    2. Where a law leaves far less than that effect, go on under it. Otherwise choose further effects.
-    3. Where these leave more than noise, fit the first effect, and all effects, beside every other law. Go on under the
-       one that leaves far less than the law of the study beside the same effects.
+    2. Where a law leaves far less than that effect, go on under it. Otherwise take the effect, and where it leaves more
+       than noise, fit it beside every other law. Choose further effects where none leaves far less.
+    3. Where these leave more than noise, fit all of them beside every other law. Go on under the
+       one that leaves less than the law of the study beside the same effects by more than a further effect has to take.
     """
     rows = at.study.rows
     if not at.study.alone:
-        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start)))
+        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, None, is_enough)))
     extended = extend_lead(s, at, at.start)
     single = min([at.start, *extended], key=lambda found: found.cost)
-    if single.over_noise(rows) < THRESHOLDS.search.largest_left_of_noise_under_observer:
-        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, extended)))
+    if not _is_far(single, rows):
+        return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, extended, is_enough)))
     others = [_under(s, at, white, law) for law in laws() if law != at.study.base.friction[0]]
     best = min(others, key=lambda other: other.at.start.cost)
     if _leaves_far_less(best.at.start, single, rows):
         return best.led(best.at.start)
-    rounds = follow_leads(s, at, at.start, extended)
-    last = rounds[-1][0] if rounds else at.start
-    if rounds and last.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer:
-        beside = {found[0].name: found[0] for found in (rounds[0], rounds[-1])}.values()
-        pairs = [(other, known, other.beside(known)) for other in others for known in beside]
-        tried = [(fit, known, other) for other, known, fit in pairs if fit is not None]
-        fit, known, other = min(tried, key=lambda one: one[0].cost, default=(last, last, best))
-        if _leaves_far_less(fit, known, rows) and _leaves_far_less(fit, last, rows):
-            return other.led(fit)
+    beside = list[_Beside]()
+
+    def ends(first: Lead) -> bool:
+        """Say whether the first effect is enough, or whether the friction is to be changed before the next."""
+        if is_enough(first):
+            return True
+        beside.extend(_under_each(others, first))
+        return any(_leaves_far_less(made.fit, first, rows) for made in beside)
+
+    rounds = follow_leads(s, at, at.start, extended, ends)
+    if len(rounds) > 1 and _is_far(rounds[-1][0], rows):
+        beside.extend(_under_each(others, rounds[-1][0]))
+    made = min(beside, key=lambda made: made.fit.cost, default=None)
+    if made is not None and made.leaves_less_than(rounds[-1][0], rows):
+        return made.other.led(made.fit)
     return Led(law=None, at=at, leads=_worth_releasing(rounds))
+
+
+def _is_far(lead: Lead, rows: int) -> bool:
+    return lead.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer
 
 
 def _leaves_far_less(now: Lead, before: Lead, rows: int) -> bool:
@@ -127,10 +142,39 @@ class _OtherLaw:
         return fit_lead(self.searcher, self.at.study, known.effects, self.at.start.fit.values | own, most=MOST)
 
     def led(self, start: Lead) -> Led:
-        """Choose further effects under this law; the model at which this begins is released too."""
-        rounds = [[start], *follow_leads(self.searcher, self.at, start)]
+        """Choose further effects under this law where more than noise is left; what they extend is released too."""
+        further = follow_leads(self.searcher, self.at, start) if _is_far(start, self.at.study.rows) else []
+        rounds = [[start], *further]
         leads = tuple(found for found in _worth_releasing(rounds) if found.effects)
         return Led(law=self.law, at=self.at, leads=leads)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Beside:
+    """Another friction law beside effects that were chosen under the law of the study.
+
+    Parameters
+    ----------
+    other
+        The law.
+    known, fit
+        The model with these effects under the law of the study, and under the other.
+    """
+
+    other: _OtherLaw
+    known: Lead
+    fit: Lead
+
+    def leaves_less_than(self, last: Lead, rows: int) -> bool:
+        """Say whether the law takes more of the same effects' excess, and of the last model's, than an effect would."""
+        most = THRESHOLDS.search.largest_excess_beside_effects
+        return self.fit.excess(rows) < most * min(self.known.excess(rows), last.excess(rows))
+
+
+def _under_each(others: Sequence[_OtherLaw], known: Lead) -> list[_Beside]:
+    """Fit the effects of a model beside every other law that can bear them."""
+    fits = [(other, other.beside(known)) for other in others]
+    return [_Beside(other=other, known=known, fit=fit) for other, fit in fits if fit is not None]
 
 
 def _under(s: Searcher, at: UnderObserver, white: Solution, law: str) -> _OtherLaw:

@@ -6,15 +6,15 @@ is forgotten after 1/L. So the catalogue can be scored there by linear least squ
 
 1. Fit the nominal model under falling gains, down to the one at which effects are distinguishable, and simulate the
    signatures of the catalogue there (`begin_under_observer`).
-2. Score the catalogue on the residual, and refit the effects of the best scores under that gain with everything else.
-   Take the best one, leave out what has become unnecessary, and repeat until no effect takes a share of the residual
-   (`follow_leads`).
+2. Score the catalogue on the residual, begin refits of the effects of the best scores under that gain with everything
+   else, and finish the most promising. Take the best one, leave out what has become unnecessary, and repeat until no
+   effect takes a share of the residual (`follow_leads`).
 3. Release the observer (`release_leads`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from haptid.discrepancy.candidate.refit import start_values
@@ -133,7 +133,13 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     return UnderObserver(study=study, start=start, found=found, excess=start.excess(study.rows))
 
 
-def follow_leads(s: Searcher, at: UnderObserver, before: Lead, made: Sequence[Lead] | None = None) -> list[list[Lead]]:
+def follow_leads(
+    s: Searcher,
+    at: UnderObserver,
+    before: Lead,
+    made: Sequence[Lead] | None = None,
+    is_enough: Callable[[Lead], bool] = lambda _: False,
+) -> list[list[Lead]]:
     """Choose effects one by one under the observer.
 
     Parameters
@@ -146,6 +152,8 @@ def follow_leads(s: Searcher, at: UnderObserver, before: Lead, made: Sequence[Le
         Model that is extended.
     made
         What `extend_lead` returned for it, where it was extended once already.
+    is_enough
+        Asked after the first round where more than noise is left: whether no further effect is wanted.
 
     Returns
     -------
@@ -155,24 +163,32 @@ def follow_leads(s: Searcher, at: UnderObserver, before: Lead, made: Sequence[Le
     """
     rows, rounds = at.study.rows, list[list[Lead]]()
     while len(before.effects) < THRESHOLDS.search.most_effects_under_observer:
+        if before.excess(rows) <= _least_gain(before, at):
+            break
         made = extend_lead(s, at, before) if made is None else made
         if not made or not _takes_a_share(made[0], before, at):
             break
         now = _without_unneeded(s, at, made[0])
         rounds.append([now, *(lead for lead in made[1:] if _comes_near(lead, made[0], rows))])
-        before, made = now, None
+        first, before, made = not before.effects, now, None
         s.tell(f"{now.name} under the observer", figures=f"{now.over_noise(rows):.3g} times the noise is left")
+        far = now.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer
+        if first and far and is_enough(now):
+            break
     return rounds
 
 
 def _takes_a_share(now: Lead, before: Lead, at: UnderObserver) -> bool:
     """Say whether an effect takes enough of the excess before it, and of that of the nominal model."""
-    least = max(
+    return before.cost - now.cost > _least_gain(before, at)
+
+
+def _least_gain(before: Lead, at: UnderObserver) -> float:
+    return max(
         THRESHOLDS.search.least_share_under_observer * before.excess(at.study.rows),
         THRESHOLDS.search.least_share_of_all_under_observer * at.excess,
         THRESHOLDS.candidate.least_gain_in_criterion,
     )
-    return before.cost - now.cost > least
 
 
 def _comes_near(lead: Lead, best: Lead, rows: int) -> bool:
@@ -233,12 +249,17 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
     about = before.fit.linearised(before.effects)
     scored = s.beside(about, scan(at.study, about, at.found, s.entries, tests=1.0))
 
-    def refit(score: Score) -> Lead:
+    def begin(score: Score) -> Lead:
         effects = (*before.effects, s.entries[score.key])
         values = before.fit.values | start_values(effects[-1], score.point, score.amplitude)
-        return fit_lead(s, at.study, effects, values)
+        return fit_lead(s, at.study, effects, values, most=THRESHOLDS.search.simulations_of_a_try_under_observer)
 
-    made = s.map_all("effects under the observer", refit, list(_promising(s, scored)))
+    def refit(begun: Lead) -> Lead:
+        return fit_lead(s, at.study, begun.effects, begun.fit.values)
+
+    best = _best_scores(scored)
+    tried = s.map_all("effects under the observer, first tries", begin, best)
+    made = s.map_all("effects under the observer", refit, list(_promising(s, tried, best)))
     return sorted(made, key=lambda lead: lead.cost)
 
 
@@ -251,17 +272,25 @@ def _without_unneeded(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:
     return lead
 
 
-def _promising(s: Searcher, scored: Sequence[Score]) -> Iterator[Score]:
-    """Yield the best scores, and those of the effects that are easily mistaken for the best one."""
+def _best_scores(scored: Sequence[Score]) -> list[Score]:
+    """Return the best scores, many of them: beside an effect the linear score may be far below what a refit takes."""
     by_T = sorted(scored, key=lambda score: -score.T)
-    if not by_T:
-        return
-    least = THRESHOLDS.search.least_score_share_under_observer * by_T[0].T
-    rivals = s.rivals(by_T[0].key)
-    for k, score in enumerate(by_T):
-        few = k < THRESHOLDS.search.most_refits_under_observer and least <= score.T
-        if few or s.entries[score.key].id in rivals:
-            yield score
+    least = max((THRESHOLDS.search.least_score_share_under_observer * score.T for score in by_T), default=0.0)
+    return [score for score in by_T if least <= score.T][: THRESHOLDS.search.most_tries_under_observer]
+
+
+def _promising(s: Searcher, tried: Sequence[Lead], by_T: Sequence[Score]) -> Iterator[Lead]:
+    """Yield the best of the models that were begun, those of the best scores, and those of rivals of the best.
+
+    A try may end before a large effect has found its size, so that a few of the best scores go on in any case.
+    """
+    by_cost = sorted(tried, key=lambda lead: lead.cost)
+    rivals = s.rivals(by_cost[0].effects[-1].key) if by_cost else ()
+    also = {score.key for score in by_T[: THRESHOLDS.search.most_scores_refitted_under_observer]}
+    for k, lead in enumerate(by_cost):
+        last = lead.effects[-1]
+        if k < THRESHOLDS.search.most_refits_under_observer or last.key in also or last.id in rivals:
+            yield lead
 
 
 def release_leads(s: Searcher, leads: Sequence[Lead]) -> list[Solution]:

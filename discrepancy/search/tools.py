@@ -45,6 +45,28 @@ Tried = tuple[tuple[Effect, ...], Guided]
 """Effects of a model, with its fit under the observer."""
 
 
+def first_tests(study: Study, candidate: Candidate, nominal_excess: float = 0.0) -> Trial:
+    """Judge a candidate by the tests that need no scores of the catalogue.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    candidate
+        Refitted model.
+    nominal_excess
+        Excess of the nominal model over the stated noise, as `Prediction.excess` [1].
+
+    Returns
+    -------
+    Trial
+        Without scores and without the constancy of its parameters.
+    """
+    wald, at_bound = significance(candidate.solution)
+    left = omnibus(study, candidate.solution)
+    return Trial(candidate=candidate, left=left, worth=wald, at_bound=at_bound, nominal_excess=nominal_excess)
+
+
 @dataclass(slots=True)
 class Searcher:
     """The tools of one search, with its running count of simulations.
@@ -131,11 +153,7 @@ class Searcher:
         """
         self.simulations += candidate.calls * len(self.study.fitted)
         solution = candidate.solution
-        wald, at_bound = significance(solution)
-        judged = Trial(
-            candidate=candidate, left=omnibus(self.study, solution), worth=wald, at_bound=at_bound,
-            nominal_excess=self.nominal_excess,
-        )  # fmt: skip
+        judged = first_tests(self.study, candidate, self.nominal_excess)
         # The tests go from cheap to dear. Each is made only where those before it find nothing, since one finding is
         # enough; parameter constancy comes last because it fits all runs anew.
         if judged.passes:

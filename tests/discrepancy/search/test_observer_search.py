@@ -1,12 +1,20 @@
 """Large effects that are chosen under the observer, and names that stand though something is left."""
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import pytest
+
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.search import observer_search
 from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, search, under_own_noise
 from haptid.discrepancy.search.observer_laws import Led, lead_on
-from haptid.discrepancy.search.observer_search import begin_under_observer
+from haptid.discrepancy.search.observer_search import begin_under_observer, extend_lead, follow_leads
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import verdict_of
 from haptid.model.effects.registry import catalogue
 from haptid.support.listener import ignore_progress
@@ -16,11 +24,15 @@ KEYS = ("amplifier_dead_band:jump", "gain_drift", "asymmetric_viscous", "cubic_s
 HIDDEN = {"amplifier_dead_band": {"dead_band": 0.0012}, "asymmetric_viscous": {"viscous_asymmetry": 0.6}}
 
 
-def searched(study: Study) -> Led:
+def tools(study: Study) -> tuple[Searcher, Solution]:
     study, base = fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress)
     white, plain = under_own_noise(study, base)
     entries, found, first = score_catalogue(study, plain, ignore_progress)
-    s = Searcher(study, entries, found, first.tests, ignore_progress)
+    return Searcher(study, entries, found, first.tests, ignore_progress), white
+
+
+def searched(study: Study) -> Led:
+    s, white = tools(study)
     return lead_on(s, begin_under_observer(s, white), white)
 
 
@@ -43,3 +55,65 @@ def test_a_name_stands_where_no_other_effect_comes_near_though_something_is_left
     assert not found.best.adequate
     assert found.standing == ("amplifier_dead_band:jump",)
     assert verdict_of(found) == "partly_named"
+
+
+def test_an_effect_of_a_low_score_is_found_by_a_try(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    hidden = {"amplifier_dead_band": HIDDEN["amplifier_dead_band"]}
+    s, white = tools(study_with(tmp_path / "c", hidden, {key: catalogue()[key] for key in KEYS}))
+    at = begin_under_observer(s, white)
+    scores, low = observer_search.scan, "amplifier_dead_band:jump"
+
+    def scan_with_a_low_score(*args: Any, **more: Any) -> Any:
+        made = scores(*args, **more)
+        least = 0.5 * min(score.T for score in made.scores)
+        return replace(made, scores=tuple(replace(x, T=least if x.key == low else x.T) for x in made.scores))
+
+    monkeypatch.setattr(observer_search, "scan", scan_with_a_low_score)
+    limits = replace(THRESHOLDS.search, least_score_share_under_observer=0.0)
+    monkeypatch.setattr(observer_search, "THRESHOLDS", replace(THRESHOLDS, search=limits))
+    assert extend_lead(s, at, at.start)[0].effects[-1].key == low
+
+
+class _Left:
+    """A model under the observer, of which only what it leaves is known."""
+
+    def __init__(self, cost: float, *names: str) -> None:
+        self.cost, self.name = cost, "+".join(names)
+        self.effects = tuple(SimpleNamespace(id=name, key=name) for name in names)
+
+    def excess(self, rows: int) -> float:
+        return max(self.cost - rows, 0.0)
+
+    def over_noise(self, rows: int) -> float:
+        return float((self.cost / rows) ** 0.5)
+
+
+ROWS = 100
+TOLD: Any = SimpleNamespace(tell=ignore_progress)
+
+
+def test_no_effect_is_added_where_less_than_the_stated_noise_is_left():
+    at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS), excess=1e4)
+    before: Any = _Left(0.9 * ROWS)
+    assert follow_leads(TOLD, at, before, [_Left(0.5 * ROWS, "cogging")]) == []  # type: ignore[list-item] # a stub
+
+
+@pytest.mark.parametrize(("left", "asked"), [(2.0, True), (1.2, False)])
+def test_no_further_effect_is_chosen_where_one_is_enough(left: float, *, asked: bool):
+    at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS), excess=1e4)
+    before: Any = _Left(1e4)
+    made: Any = [_Left(left**2 * ROWS, "cogging")]
+    seen: list[str] = []
+
+    def is_enough(lead: Any) -> bool:
+        seen.append(lead.name)
+        return True
+
+    if asked:
+        assert follow_leads(TOLD, at, before, made, is_enough) == [made]
+    else:  # so near to the noise, the next round finds no share to take
+        monkey = replace(THRESHOLDS.search, most_effects_under_observer=1)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(observer_search, "THRESHOLDS", replace(THRESHOLDS, search=monkey))
+            assert follow_leads(TOLD, at, before, made, is_enough) == [made]
+    assert seen == (["cogging"] if asked else [])
