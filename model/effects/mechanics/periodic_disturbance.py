@@ -1,13 +1,19 @@
-"""A torque with a rhythm of its own."""
+"""A torque with a rhythm of its own.
+
+A rhythm repeats: its period is at most two thirds of a run. A slower wave is a drift, whatever its shape.
+"""
 
 import numpy as np
 import sympy as sp
 
 from haptid.model.effects.effect import Effect, parameter, t
-from haptid.model.effects.scales import TORQUE
+from haptid.model.effects.scales import DURATION, TORQUE
 
 s, c, omega = sp.symbols("disturbance_sin disturbance_cos disturbance_frequency", real=True)
-LINES = tuple(float(x) for x in np.arange(0.3, 30.0, 0.15))
+SLOWEST = 3.0 * np.pi
+"""Least angular frequency, over that of a radian in a run: one and a half periods."""
+LINES = tuple(float(x) for x in np.arange(SLOWEST, 230.0 * np.pi, np.pi))
+"""Angular frequencies, half a resolution of the run apart, over that of a radian in a run."""
 
 EFFECT = Effect(
     id="periodic_disturbance",
@@ -18,10 +24,10 @@ EFFECT = Effect(
     parameters=(
         parameter("disturbance_sin", "N m", "sine part", 0.01, -2.0, 2.0),
         parameter("disturbance_cos", "N m", "cosine part", 0.01, -2.0, 2.0),
-        parameter("disturbance_frequency", "1/s", "angular frequency", 5.0, 0.2, 40.0),
+        parameter("disturbance_frequency", "1/s", "angular frequency", 80.0, SLOWEST, 960.0),
     ),
     amplitudes=2,
-    relative={"disturbance_sin": TORQUE, "disturbance_cos": TORQUE},
+    relative={"disturbance_sin": TORQUE, "disturbance_cos": TORQUE, "disturbance_frequency": 1 / DURATION},
     shapes=(("disturbance_frequency", LINES),),
     derived=(("disturbance_amplitude", "N m", sp.sqrt(s**2 + c**2)),),
     rivals=("torque_ripple",),
