@@ -102,7 +102,8 @@ def _search_under_observer(begun: _Begun, tell: Progress) -> Search:
             answers[lead.name] = explains_all(trials)
         return answers[lead.name]
 
-    led = lead_on(s, begin_under_observer(s, begun.white), begun.white, is_enough)
+    scattered = bool(begun.start.solution.noise.scatters)
+    led = lead_on(s, begin_under_observer(s, begun.white), begun.white, is_enough, scattered=scattered)
     if led.law is None:
         return _finish(replace(begun, led=led), tell)
     tell(f"search under the friction law {led.law}")

@@ -46,7 +46,12 @@ class Led:
 
 
 def lead_on(
-    s: Searcher, at: UnderObserver, white: Solution, is_enough: Callable[[Lead], bool] = lambda _: False
+    s: Searcher,
+    at: UnderObserver,
+    white: Solution,
+    is_enough: Callable[[Lead], bool] = lambda _: False,
+    *,
+    scattered: bool = False,
 ) -> Led:
     """Choose effects under the observer, and the friction law beside which they are chosen.
 
@@ -60,6 +65,9 @@ def lead_on(
         Fit of the nominal model, from which other laws take their first guesses.
     is_enough
         As `follow_leads` asks it, under the law of the study.
+    scattered
+        Whether a scatter of the amplitudes explains a part of what the nominal model leaves. Under the observer it
+        looks like effects, so that no effect is followed that takes less than half.
 
     Returns
     -------
@@ -85,7 +93,20 @@ def lead_on(
     best = min(others, key=lambda other: other.at.start.cost)
     if _leaves_far_less(best.at.start, single, rows):
         return best.led(best.at.start)
-    beside = list[_Beside]()
+    if scattered and single.excess(rows) > THRESHOLDS.search.largest_excess_beside_scatter * at.excess:
+        return Led(law=None, at=at, leads=())
+    return _effects_first(s, at, extended, others, is_enough)
+
+
+def _effects_first(
+    s: Searcher,
+    at: UnderObserver,
+    extended: Sequence[Lead],
+    others: Sequence[_OtherLaw],
+    is_enough: Callable[[Lead], bool],
+) -> Led:
+    """Choose effects under the law of the study; compare the other laws beside the first, and beside all of them."""
+    rows, beside = at.study.rows, list[_Beside]()
 
     def ends(first: Lead) -> bool:
         """Say whether the first effect is enough, or whether the friction is to be changed before the next."""

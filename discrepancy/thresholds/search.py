@@ -112,6 +112,8 @@ class SearchThresholds:
     largest_left_of_noise_under_observer: float = 1.3
     """Residual over the stated noise up to which a model is not searched under another friction law [1]: a stated noise
     may be off by as much."""
+    largest_excess_beside_scatter: float = 0.5
+    """Share of the nominal model's excess under the observer that the best effect may leave beside a scatter [1]."""
     largest_excess_over_replacement: float = 0.25
     """Excess ‖r‖² of a model under the observer over that with the best other effect in the place of one, up to which
     that one stands out [1]."""
