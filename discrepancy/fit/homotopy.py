@@ -153,6 +153,26 @@ def start_under_observer(study: Study, effects: Sequence[Effect], values: Mappin
     return Guided(problem=problem, reached=Descent.at(feasible(problem, problem.unknowns_at(start))))
 
 
+def start_holding_last_shape(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> Guided:
+    """Start under the observer with a weak prior around the shape of the last effect, as `hold_shapes` gives it.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    effects
+        Effects in SI units, the new one last; none for the nominal model.
+    values
+        Start values of parameters by id; the others start at their first guesses.
+
+    Returns
+    -------
+    Guided
+        Feasible starting point, before any gain.
+    """
+    return start_under_observer(study, [*effects[:-1], *(hold_shapes(e, values) for e in effects[-1:])], values)
+
+
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
     """Carry a fit from a long inner step over to the inner step of ``study``.
 

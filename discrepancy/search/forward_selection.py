@@ -93,14 +93,9 @@ def _search_under_observer(begun: _Begun, tell: Progress) -> Search:
     """Search where the nominal model is far from noise: first under the observer, then freely from what it led to."""
     s = begun.searcher
 
-    answers: dict[str, bool] = {}
-
     def is_enough(lead: Lead) -> bool:
         """Say whether one effect leaves noise and scatter alone: under the observer, scatter looks like effects."""
-        if lead.name not in answers:
-            trials = s.step(begun.start.candidate, release_leads(s, [lead]), freed=True)
-            answers[lead.name] = explains_all(trials)
-        return answers[lead.name]
+        return explains_all(s.step(begun.start.candidate, release_leads(s, [lead]), freed=True))
 
     scattered = bool(begun.start.solution.noise.scatters)
     led = lead_on(s, begin_under_observer(s, begun.white), begun.white, is_enough, scattered=scattered)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from haptid.discrepancy.candidate.refit import start_values
 from haptid.discrepancy.detect.score_tests import Score, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
-from haptid.discrepancy.fit.homotopy import Guided, hold_shapes, start_under_observer
+from haptid.discrepancy.fit.homotopy import Guided, start_holding_last_shape
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
@@ -222,9 +222,7 @@ def fit_lead(
     -------
     Lead
     """
-    held = effects and (*effects[:-1], hold_shapes(effects[-1], values))
-    begun = start_under_observer(study, held, values)
-    fit = begun.down_to(THRESHOLDS.search.gains_until_distinguishable, most)
+    fit = start_holding_last_shape(study, effects, values).down_to(THRESHOLDS.search.gains_until_distinguishable, most)
     s.simulations += fit.reached.calls * len(study.fitted)
     return Lead(effects=effects, fit=fit)
 

@@ -25,9 +25,8 @@ from haptid.discrepancy.detect.signatures import Signatures
 from haptid.discrepancy.fit.homotopy import (
     Guided,
     at_fine,
-    hold_shapes,
     release_observer,
-    start_under_observer,
+    start_holding_last_shape,
     through_homotopy,
 )
 from haptid.discrepancy.fit.solution import Solution, solve
@@ -671,8 +670,7 @@ class Searcher:
 
 def _sketch_fit(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
     """Fit briefly under the highest gains; a weak prior holds the shape of the last effect."""
-    *onto, last = effects
-    near = start_under_observer(study, (*onto, hold_shapes(last, values)), values).down_to(
+    near = start_holding_last_shape(study, effects, values).down_to(
         THRESHOLDS.search.sieve_gains,
         THRESHOLDS.search.sieve_simulations_per_gain,
         THRESHOLDS.search.sieve_tolerance_chi2,

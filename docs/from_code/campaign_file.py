@@ -8,14 +8,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 
-import click
-
 from docs.from_code.device_file import example
-from docs.parts.tables import table, with_parts
+from docs.parts.tables import page_command, table, with_parts
 from haptid.measurement.format import schema
 from haptid.measurement.format.schema import Key
 from haptid.model.joint.parameter_table import all_ids
-from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
 PAGE = ROOT / "docs" / "reference" / "campaign_file.md"
@@ -64,12 +61,7 @@ def with_tables(page: str) -> str:
     return with_parts(page, parts, "docs/from_code/campaign_file.py")
 
 
-@click.command()
-def main() -> None:
-    """Write the tables and the example."""
-    write_text(PAGE, with_tables(PAGE.read_text(encoding="utf-8")))
-    click.echo(PAGE.relative_to(ROOT))
-
+main = page_command(PAGE, with_tables)
 
 if __name__ == "__main__":
     main()

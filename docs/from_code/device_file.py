@@ -8,14 +8,11 @@ from __future__ import annotations
 import json
 from typing import Any
 
-import click
-
-from docs.parts.tables import table, with_parts
+from docs.parts.tables import page_command, table, with_parts
 from haptid.model.device import ranges
 from haptid.model.device.entries import OWN
 from haptid.model.device.stated_parameters import ROWS
 from haptid.model.friction.registry import laws
-from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
 PAGE = ROOT / "docs" / "reference" / "device_file.md"
@@ -145,12 +142,7 @@ def with_tables(page: str) -> str:
     return with_parts(page, parts, "docs/from_code/device_file.py")
 
 
-@click.command()
-def main() -> None:
-    """Write the tables and the examples."""
-    write_text(PAGE, with_tables(PAGE.read_text(encoding="utf-8")))
-    click.echo(PAGE.relative_to(ROOT))
-
+main = page_command(PAGE, with_tables)
 
 if __name__ == "__main__":
     main()

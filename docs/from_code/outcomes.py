@@ -5,11 +5,8 @@
 
 from __future__ import annotations
 
-import click
-
-from docs.parts.tables import table, with_parts
+from docs.parts.tables import page_command, table, with_parts
 from haptid.report.common.words import GROUPS, Word
-from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
 PAGE = ROOT / "docs" / "reference" / "outcomes.md"
@@ -32,12 +29,7 @@ def with_tables(page: str) -> str:
     return with_parts(page, {"words": words_table()}, "docs/from_code/outcomes.py")
 
 
-@click.command()
-def main() -> None:
-    """Write the tables."""
-    write_text(PAGE, with_tables(PAGE.read_text(encoding="utf-8")))
-    click.echo(PAGE.relative_to(ROOT))
-
+main = page_command(PAGE, with_tables)
 
 if __name__ == "__main__":
     main()

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+import click
+
+from haptid.support.files.files import write_text
+from haptid.support.installing.environment import ROOT
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -43,3 +49,22 @@ def with_parts(page: str, parts: Mapping[str, str], script: str) -> str:
 def parts_of(page: str) -> list[str]:
     """Return the names of the generated parts of a page."""
     return re.findall(r"<!-- end of ([^>]*) -->", page)
+
+
+def page_command(page: Path, make: Callable[[str], str]) -> click.Command:
+    """Return the command that writes the generated parts of a page anew.
+
+    Parameters
+    ----------
+    page
+        The page.
+    make
+        Turns its text into that with new parts.
+    """
+
+    @click.command(help=f"Write the generated parts of {page.relative_to(ROOT).as_posix()}.")
+    def main() -> None:
+        write_text(page, make(page.read_text(encoding="utf-8")))
+        click.echo(page.relative_to(ROOT))
+
+    return main
