@@ -15,6 +15,8 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.support.tables import Table, Told
 
+MANY = 2
+"""Number of runs beyond which a remark on all of them is one line."""
 HEADER = (
     "file",
     "joint",
@@ -176,10 +178,17 @@ def tell_table(rows: tuple[Row, ...]) -> Told:
 
 
 def _remark_lines(rows: tuple[Row, ...]) -> list[str]:
-    """Lay out the remarks, one line for all joints of a run that share it."""
+    """Lay out the remarks, one line for all joints of a run that share it, and for all runs of several that do."""
     joints: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         for remark in row.remarks:
             joints.setdefault((row.cells[0], remark), []).append(row.cells[1].split()[0])
-    lines = [f"  {file}, joint {', '.join(names)}: {remark}" for (file, remark), names in joints.items()]
+    files: dict[tuple[str, str], list[str]] = {}
+    for (file, remark), names in joints.items():
+        files.setdefault((", ".join(names), remark), []).append(file)
+    every = len({row.cells[0] for row in rows})
+    lines = []
+    for (names, remark), where in files.items():
+        shared = [f"all {every} runs"] if len(where) == every > MANY else where
+        lines += [f"  {run}, joint {names}: {remark}" for run in shared]
     return ["", "Remarks", *lines] if lines else []

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
+from haptid.measurement.checks.summary import summarise, tell_table
 from haptid.measurement.signals.averaging import average_rows, averaged_rows, with_averaging
 from haptid.measurement.signals.noise import share_kept_of_average, with_noise
 from haptid.measurement.values.campaign import Campaign
@@ -81,3 +82,13 @@ def test_the_share_that_differences_show_is_that_of_white_noise(order: int, rows
     averages = np.convolve(white, np.ones(rows) / rows, mode="valid")
     seen = np.diff(averages, order).std() / np.diff(white, order).std()
     assert share_kept_of_average(order, rows) == pytest.approx(seen * np.sqrt(rows), rel=0.01)
+
+
+def test_the_user_is_told_once():
+    runs = tuple(
+        run(average_rows(readings(k), 5)).but(file=f"{k}.csv", u=0.1 * np.cos(5 * T)[:, None], noise=[STD])
+        for k in range(3)
+    )
+    campaign = Campaign(folder=None, title="", device="single_joint", measured=True, runs=runs)
+    said = [line for line in tell_table(summarise(campaign)) if isinstance(line, str) and "averages" in line]
+    assert said == ["  all 3 runs, joint 0: positions are averages over 5 rows: simulations are averaged alike"]
