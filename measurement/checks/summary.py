@@ -183,12 +183,12 @@ def _remark_lines(rows: tuple[Row, ...]) -> list[str]:
     for row in rows:
         for remark in row.remarks:
             joints.setdefault((row.cells[0], remark), []).append(row.cells[1].split()[0])
-    files: dict[tuple[str, str], list[str]] = {}
+    runs: dict[tuple[str, str], list[str]] = {}
     for (file, remark), names in joints.items():
-        files.setdefault((", ".join(names), remark), []).append(file)
+        runs.setdefault((", ".join(names), remark), []).append(file)
     every = len({row.cells[0] for row in rows})
     lines = []
-    for (names, remark), where in files.items():
-        shared = [f"all {every} runs"] if len(where) == every > MANY else where
-        lines += [f"  {run}, joint {names}: {remark}" for run in shared]
+    for (shared, remark), where in runs.items():
+        told = [f"all {every} runs"] if len(where) == every > MANY else where
+        lines += [f"  {which}, joint {shared}: {remark}" for which in told]
     return ["", "Remarks", *lines] if lines else []
