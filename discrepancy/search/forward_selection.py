@@ -120,9 +120,10 @@ def _law_alone(other: OtherLaw, begun: _Begun) -> Search | None:
     start = first_tests(other.study, score_candidate(other.study, plain, plain.calls))
     if start.passes or not closes_most(start, begun.start):
         return None
+    calls = other.base.calls + plain.calls
     return Search(
-        study=other.study, base=other.base, plain=start, scan=begun.first, trials=(), best=start,
-        simulations=begun.searcher.simulations, standing=(MISSING,), asked=begun.start,
+        study=other.study, base=other.base, plain=start, scan=begun.first, trials=(), best=start, standing=(MISSING,),
+        simulations=begun.searcher.simulations + calls * len(other.study.fitted), asked=begun.start,
     )  # fmt: skip
 
 
@@ -344,8 +345,7 @@ def _forward_from_leads(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[
 
 def _is_hopeless(led: Led) -> bool:
     """Say whether even under the observer the best effects leave far more than noise: a free search finds no better."""
-    rows = led.at.study.rows
-    return all(lead.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer for lead in led.leads)
+    return all(lead.is_far(led.at.study.rows) for lead in led.leads)
 
 
 def _is_weak(more: Trial, study: Study) -> bool:

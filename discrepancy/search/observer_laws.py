@@ -87,7 +87,7 @@ def lead_on(
         return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, None, is_enough)))
     extended = extend_lead(s, at, at.start)
     single = min([at.start, *extended], key=lambda found: found.cost)
-    if not _is_far(single, rows):
+    if not single.is_far(rows):
         return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, extended, is_enough)))
     others = [_under(s, at, white, law) for law in laws() if law != at.study.base.friction[0]]
     best = min(others, key=lambda other: other.at.start.cost)
@@ -116,16 +116,12 @@ def _effects_first(
         return any(_leaves_far_less(made.fit, first, rows) for made in beside)
 
     rounds = follow_leads(s, at, at.start, extended, ends)
-    if len(rounds) > 1 and _is_far(rounds[-1][0], rows):
+    if len(rounds) > 1 and rounds[-1][0].is_far(rows):
         beside.extend(_under_each(others, rounds[-1][0]))
     made = min(beside, key=lambda made: made.fit.cost, default=None)
     if made is not None and made.leaves_less_than(rounds[-1][0], rows):
         return made.other.led(made.fit)
     return Led(law=None, at=at, leads=_worth_releasing(rounds))
-
-
-def _is_far(lead: Lead, rows: int) -> bool:
-    return lead.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer
 
 
 def _leaves_far_less(now: Lead, before: Lead, rows: int) -> bool:
@@ -164,7 +160,7 @@ class _OtherLaw:
 
     def led(self, start: Lead) -> Led:
         """Choose further effects under this law where more than noise is left; what they extend is released too."""
-        further = follow_leads(self.searcher, self.at, start) if _is_far(start, self.at.study.rows) else []
+        further = follow_leads(self.searcher, self.at, start) if start.is_far(self.at.study.rows) else []
         rounds = [[start], *further]
         leads = tuple(found for found in _worth_releasing(rounds) if found.effects)
         return Led(law=self.law, at=self.at, leads=leads)

@@ -67,6 +67,20 @@ class Lead:
         """
         return float(self.cost / rows) ** 0.5
 
+    def is_far(self, rows: int) -> bool:
+        """Say whether more than noise is left, whose stated size may be off.
+
+        Parameters
+        ----------
+        rows
+            Number of scored residuals.
+
+        Returns
+        -------
+        bool
+        """
+        return self.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer
+
     def excess(self, rows: int) -> float:
         """Return ‖r‖² beyond what noise alone leaves in ``rows`` residuals.
 
@@ -172,8 +186,7 @@ def follow_leads(
         rounds.append([now, *(lead for lead in made[1:] if _comes_near(lead, made[0], rows))])
         first, before, made = not before.effects, now, None
         s.tell(f"{now.name} under the observer", figures=f"{now.over_noise(rows):.3g} times the noise is left")
-        far = now.over_noise(rows) > THRESHOLDS.search.largest_left_of_noise_under_observer
-        if first and far and is_enough(now):
+        if first and now.is_far(rows) and is_enough(now):
             break
     return rounds
 

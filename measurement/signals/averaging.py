@@ -15,7 +15,7 @@ in the same way, or its turns are sharper than those that were recorded.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import minimize
@@ -57,7 +57,8 @@ def average_rows(values: Array, rows: int) -> Array:
     return np.asarray(values[:1] + (sums[k + reach + 1] - sums[k - reach]) / count)
 
 
-def averaged_rows(runs: Sequence[Run]) -> int:
+@lru_cache(maxsize=1)  # both the preparation of a campaign and the remarks on it ask
+def averaged_rows(runs: tuple[Run, ...]) -> int:
     """Return the number of rows over which a recorder averaged the positions of some runs.
 
     Parameters
@@ -93,7 +94,7 @@ def with_averaging(campaign: Campaign) -> Campaign:
     Campaign
         With the number that all these runs show together.
     """
-    unstated = [run for run in campaign.runs if run.averaged_rows == 0]
+    unstated = tuple(run for run in campaign.runs if run.averaged_rows == 0)
     if not unstated:
         return campaign
     rows = averaged_rows(unstated)

@@ -45,21 +45,21 @@ def test_an_average_is_that_of_pandas_but_for_the_ends():
 def test_an_average_is_recognised_by_its_notches(rows: int, colour: float, step: float):
     made = [readings(seed, colour) for seed in range(3)]
     rounded = [step * np.round(y / step) if step else y for y in made]
-    assert averaged_rows([run(average_rows(y, rows)) for y in rounded]) == rows
+    assert averaged_rows(tuple(run(average_rows(y, rows)) for y in rounded)) == rows
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.6])
 def test_another_filter_is_no_average(share: float):
     through = butter(4, share, output="sos")
-    assert averaged_rows([run(sosfiltfilt(through, readings(seed))) for seed in range(3)]) == 1
+    assert averaged_rows(tuple(run(sosfiltfilt(through, readings(seed))) for seed in range(3))) == 1
 
 
 def test_no_rows_no_average():
-    assert averaged_rows([]) == 1
-    assert averaged_rows([run(readings(0)[:100], T[:100])]) == 1  # too few rows
+    assert averaged_rows(()) == 1
+    assert averaged_rows((run(readings(0)[:100], T[:100]),)) == 1  # too few rows
     uneven = np.cumsum(np.random.default_rng(0).uniform(0.5, 1.5, T.size)) * 0.01
-    assert averaged_rows([run(average_rows(readings(0), 5), uneven - uneven[0])]) == 1
-    assert averaged_rows([run(np.round(0.01 * T, 1))]) == 1  # at rest within a step of the encoder
+    assert averaged_rows((run(average_rows(readings(0), 5), uneven - uneven[0]),)) == 1
+    assert averaged_rows((run(np.round(0.01 * T, 1)),)) == 1  # at rest within a step of the encoder
 
 
 def test_a_stated_number_stays_and_the_others_share_one():

@@ -87,6 +87,8 @@ class _Left:
     def over_noise(self, rows: int) -> float:
         return float((self.cost / rows) ** 0.5)
 
+    is_far = observer_search.Lead.is_far
+
 
 ROWS = 100
 TOLD: Any = SimpleNamespace(tell=ignore_progress)
