@@ -4,11 +4,12 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind thresholds calibrate fuzz faults interpreters cluster parquet mcap rosbags matlab posterior locked sizes licences sbom
+.PHONY: fmu check test long real bench docs blind thresholds calibrate fuzz faults interpreters cluster parquet mcap rosbags matlab posterior locked sizes licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
-test: ; $(RUN) --dev -m pytest -n 2 --dist worksteal
+test: ; $(RUN) --dev -m pytest -m "not long" -n 2 --dist worksteal
+long: ; $(RUN) --dev -m pytest -m long -n 2 --dist worksteal
 real: ; $(RUN) --dev -m benchmarks.real_machines && $(RUN) --dev -m pytest --real -n 2 --dist worksteal
 bench: ; $(RUN) --dev -m benchmarks.run
 docs: ; $(RUN) --extra docs -m docs.build

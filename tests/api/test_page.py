@@ -55,12 +55,14 @@ def missing(page) -> Missing:
     return page[1].names["missing"]
 
 
+@pytest.mark.long
 def test_the_page_prints_what_it_shows(page):
     shown = "".join(python_api.blocks("text"))
     assert page[1].printed == shown
     assert len(PLATFORMS) == 5, "the page says how many platforms a native FMU is compiled for"
 
 
+@pytest.mark.long
 def test_the_figure_of_the_page_is_drawn_by_its_code(page):
     drawn, stored = (matplotlib.image.imread(path) for path in (page[0] / python_api.DRAWN, python_api.FIGURE))
     assert drawn.shape == stored.shape
@@ -68,6 +70,7 @@ def test_the_figure_of_the_page_is_drawn_by_its_code(page):
     assert np.mean(np.abs(drawn - stored)) < 0.02
 
 
+@pytest.mark.long
 def test_estimates_are_the_simulated_numbers(identified: Identified):
     found = identified.summary().loc["joint 0"]
     for id, true in TRUTH.items():
@@ -79,6 +82,7 @@ def test_estimates_are_the_simulated_numbers(identified: Identified):
     assert identified.links().empty
 
 
+@pytest.mark.long
 def test_saved_results_are_the_files_of_the_command(page):
     folder = page[0] / "results"
     written = {path.name for path in folder.iterdir()}
@@ -90,6 +94,7 @@ def test_saved_results_are_the_files_of_the_command(page):
     assert "SYNTHETIC DATA" in (folder / "report.html").read_text()
 
 
+@pytest.mark.long
 def test_stored_results_give_the_same_tables_and_plots(page, identified: Identified):
     campaign = page[1].names["campaign"]
     alone = Identified.read(page[0] / "results")
@@ -106,6 +111,7 @@ def test_stored_results_give_the_same_tables_and_plots(page, identified: Identif
         Identified.read(page[0] / "results", other)
 
 
+@pytest.mark.long
 def test_stored_posteriors_give_the_same_tables_draws_and_plots(page, posteriors: Posteriors):
     stored = Posteriors.read(page[0] / "results")
     assert stored.joints == posteriors.joints == (0,)
@@ -127,6 +133,7 @@ def test_stored_posteriors_give_the_same_tables_draws_and_plots(page, posteriors
         assert one == other if isinstance(one, list) else np.allclose(one, other, rtol=1e-9)
 
 
+@pytest.mark.long
 def test_a_stored_finding_gives_the_same_tables_plots_and_fmu(page, missing: Missing, tmp_path: Path):
     kept = missing.save(tmp_path / "kept")
     stored = Missing.read(kept.folder)
@@ -147,6 +154,7 @@ def test_a_stored_finding_gives_the_same_tables_plots_and_fmu(page, missing: Mis
     assert Missing.read(copied.folder, 0).gap.equals(missing.gap)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("damage", ["gone", "empty", "cut", "other"])
 def test_damaged_files_are_refused_in_one_line(page, missing: Missing, tmp_path: Path, damage: str):
     shutil.copytree(page[0] / "results" / "posterior", tmp_path / "posterior")
@@ -171,6 +179,7 @@ def test_damaged_files_are_refused_in_one_line(page, missing: Missing, tmp_path:
         Missing.read(tmp_path, 7)
 
 
+@pytest.mark.long
 def test_exported_fmus_simulate_the_measured_motion(page, identified: Identified):
     run = next(run for run in identified.values.runs if run.use == "validate")
     torque = np.array(list(zip(run.t, run.u[:, 0], strict=True)), dtype=[("time", float), ("joint0.torque", float)])
@@ -187,6 +196,7 @@ def test_exported_fmus_simulate_the_measured_motion(page, identified: Identified
         assert np.abs(result["joint0.position"] - run.y[rows, 0]).max() < 2e-2, name
 
 
+@pytest.mark.long
 def test_plots_draw_on_the_axes_that_they_are_given(identified: Identified, posteriors: Posteriors, missing: Missing):
     calls = (
         identified.plot_fit, identified.plot_residuals, posteriors.plot_widths, posteriors.plot_prediction,
@@ -202,6 +212,7 @@ def test_plots_draw_on_the_axes_that_they_are_given(identified: Identified, post
     assert isinstance(identified.plot_fit(0), Axes)
 
 
+@pytest.mark.long
 def test_wrong_names_are_refused_in_one_line(identified: Identified, posteriors: Posteriors, missing: Missing):
     cases = (
         (lambda: identified.plot_fit(3), "joint: expected one of the joints 0, got 3"),
@@ -218,6 +229,7 @@ def test_wrong_names_are_refused_in_one_line(identified: Identified, posteriors:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_posteriors_agree_with_the_truth_and_with_arviz(page, posteriors: Posteriors):
     table = posteriors.summary().loc[0]
     for id, true in TRUTH.items():
@@ -230,6 +242,7 @@ def test_posteriors_agree_with_the_truth_and_with_arviz(page, posteriors: Poster
     assert "read from identification.json" in " ".join(posteriors.of_joint().notes)
 
 
+@pytest.mark.long
 def test_what_is_missing_is_named_and_closes_the_gap(page, missing: Missing):
     assert missing.verdict == "named"
     k3 = missing.effects.loc["cubic_spring", "k3"]
@@ -242,6 +255,7 @@ def test_what_is_missing_is_named_and_closes_the_gap(page, missing: Missing):
     assert any("cubic" in name or "k3" in name for name in variables)
 
 
+@pytest.mark.long
 def test_notebooks_show_tables_with_the_synthetic_label(page, identified: Identified, posteriors: Posteriors, missing):
     results = (page[1].names["campaign"], identified, posteriors, missing)
     for result in results:
@@ -253,6 +267,7 @@ def test_notebooks_show_tables_with_the_synthetic_label(page, identified: Identi
     assert "cubic_spring" in missing._repr_html_()
 
 
+@pytest.mark.long
 def test_temporary_files_live_as_long_as_the_results(page):
     second = page[1].names["second"]
     assert second.folder.is_dir()

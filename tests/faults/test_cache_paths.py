@@ -47,6 +47,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     return folder / "cache", parameters(folder / "out")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["Prüfstand #1", "q\"'&;", "a\\b"])
 def test_any_path_serves(name: str, whole: tuple[Path, Any], tmp_path: Path):
     cache = shutil.copytree(whole[0], tmp_path / name)
@@ -74,6 +75,7 @@ def test_a_path_that_the_tools_would_decode_costs_one_remark(whole: tuple[Path, 
     assert parameters(tmp_path / "out") == whole[1]
 
 
+@pytest.mark.long
 def test_bytecode_is_neither_written_nor_run(whole: tuple[Path, Any], tmp_path: Path):
     """The interpreter would run it in place of the source beside it, unseen; a damaged one never healed."""
     cache = shutil.copytree(whole[0], tmp_path / "cache")

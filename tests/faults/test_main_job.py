@@ -64,6 +64,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
     return out, time.monotonic() - begun
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("moment", range(KILLS))
 def test_a_killed_run_goes_on_to_the_same_bits(moment: int, whole: tuple[Path, float], tmp_path: Path):
     reference, seconds = whole
@@ -85,6 +86,7 @@ def configurations_in(file: Path) -> int:
     return len(json.loads(file.read_text(encoding="utf-8"))["configurations"]) if file.exists() else 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("finished", [1, 2])
 def test_a_run_that_is_killed_with_partial_results_goes_on_from_them(
     finished: int, whole: tuple[Path, float], tmp_path: Path
@@ -112,6 +114,7 @@ def test_a_run_that_is_killed_with_partial_results_goes_on_from_them(
     ]
 
 
+@pytest.mark.long
 def test_a_full_disk_leaves_nothing_that_looks_whole(whole: tuple[Path, float], tmp_path: Path):
     """The system refuses every byte of a file beyond what identification.json and the draws need, not the report."""
     before = [whole[0] / "identification.json", *(whole[0] / "draws").iterdir()]
@@ -148,6 +151,7 @@ def test_two_runs_into_one_folder(tmp_path: Path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "settings",
     [

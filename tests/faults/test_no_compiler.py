@@ -58,6 +58,7 @@ def test_an_installed_package_without_compiler_says_what_to_install(python: Path
     assert (code, lines) == (1, ["error: the C compiler is missing: install it with python -m pip install ziglang"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("body", "told"),
     [

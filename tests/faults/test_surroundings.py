@@ -49,6 +49,7 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
     subprocess.run(["umount", str(folder)], capture_output=True, check=False)
 
 
+@pytest.mark.long
 def test_a_home_that_cannot_be_written_costs_one_remark(tmp_path: Path):
     (tmp_path / "home").touch()
     left_out = ("HAPTID_CACHE", "MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME")
@@ -58,6 +59,7 @@ def test_a_home_that_cannot_be_written_costs_one_remark(tmp_path: Path):
     assert "set HAPTID_CACHE to a folder of yours" in lines[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", ["64k", "1m"])
 def test_a_full_disk_below_the_cache_is_one_line(size: str, mount: Mount, tmp_path: Path):
     cache = mount(f"size={size}") / "cache"
@@ -72,6 +74,7 @@ def test_a_full_disk_below_the_cache_is_one_line(size: str, mount: Mount, tmp_pa
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["python", "none"])
 def test_a_cache_that_no_program_may_run_from_costs_one_remark(kind: str, mount: Mount, tmp_path: Path):
     cache = mount("size=200m,noexec") / "cache"
@@ -91,6 +94,7 @@ def test_no_folder_that_programs_may_run_from_is_one_line(mount: Mount, tmp_path
     assert len(lines) <= 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("buffered", ["", "1"])
 @pytest.mark.parametrize("command", ["measurement.check", "model.plan", "identification.run"])
 def test_a_reader_that_leaves_ends_a_command_in_silence(command: str, buffered: str, tmp_path: Path):

@@ -112,6 +112,7 @@ def run_fleet(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.long
 def test_a_failing_campaign_stops_nothing_and_the_rest_is_kept(tmp_path: Path):
     folder, out = tmp_path / "campaigns", tmp_path / "out"
     folder.mkdir()

@@ -75,7 +75,7 @@ class Target:
     examples: tuple[bytes, ...]
     read: Callable[[bytes, Path], object]
     nasty: tuple[bytes, ...] = ()
-    tested: int = 2000
+    tested: int = 700
 
 
 def peak_mib() -> float:

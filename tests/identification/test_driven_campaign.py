@@ -87,6 +87,7 @@ def test_the_command_fits_and_exports_a_drive(tmp_path: Path):
     assert {"joint0.controller.reference", "joint0.drive.supply", "joint0.drive.resistance"} <= names
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("vs", "stiction"), [(0.05, 0.12), (0.4, 0.09)])
 def test_all_parameters_of_a_driven_joint_from_its_known_weight(vs: float, stiction: float, tmp_path: Path):
     truth = TRUTH | {"vs": vs, "Fs": stiction}

@@ -198,6 +198,7 @@ def test_out_must_not_be_a_file(campaign, tmp_path):
     assert run(campaign, "--out", tmp_path / "out", *FAST).exit_code == 2
 
 
+@pytest.mark.long
 @pytest.mark.real("dvrk_mtm_joint4")
 def test_real_tendon_joint_does_not_claim_a_good_fit(tmp_path):
     done = run(DATA / "dvrk_mtm_joint4", "--out", tmp_path, "--no-export", *FAST)

@@ -163,6 +163,7 @@ found = {"verdict": verdict, "effects": effects, "alternatives": rivals, "next_e
 """A workflow that always says cogging or ripple, and cogging once a run was added."""
 
 
+@pytest.mark.long
 def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     def command(self: Job, seed: int, threads: int) -> list[str]:  # noqa: ARG001 (as the workflow's)
         assert seed == 2
@@ -195,6 +196,7 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     assert [e["plan"]["passes"] for e in read_ledger(ledger)] == [["found", "without", "settled"], ["without"]]
 
 
+@pytest.mark.long
 def test_an_interrupted_study_stays_in_the_ledger_with_what_it_worked_through(tmp_path, monkeypatch):
     stop = "import os, signal; os.kill(os.getppid(), signal.SIGINT)"
 

@@ -126,6 +126,7 @@ def write_logged_tables(folder: Path) -> None:
         pd.DataFrame(columns).to_csv(folder / f"{name}.csv", index=False)
 
 
+@pytest.mark.long
 def test_tables_are_brought_in_checked_and_identified_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     write_logged_tables(tmp_path / "my_tables")

@@ -33,11 +33,13 @@ def masked(text: str) -> list[str]:
     return NUMBER.sub("#", re.sub(r"-{3,}", "---", without_digest)).split()
 
 
+@pytest.mark.long
 def test_the_page_shows_what_its_blocks_print(ran):
     for done in ran[1]:
         assert masked(done.shown) == masked(done.printed), done.heading
 
 
+@pytest.mark.long
 def test_the_fit_finds_the_simulated_pendulum(ran):
     estimates = estimates_of(ran[0])
     for name, true in TRUTH.items():
@@ -47,6 +49,7 @@ def test_the_fit_finds_the_simulated_pendulum(ran):
         assert found["std"] < 0.02 * true, name
 
 
+@pytest.mark.long
 def test_two_simulators_give_the_unseen_motion_to_its_noise(ran):
     said = ran[1][-2].printed + ran[1][-1].printed
     errors = [float(number) for number in re.findall(r"angle: ([\d.]+) deg RMS", said)]

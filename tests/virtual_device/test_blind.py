@@ -56,6 +56,7 @@ def test_kinds_hide_what_their_name_says() -> None:
     assert any(case.coloured > 0 for case in cases)
 
 
+@pytest.mark.long
 def test_labels_lie_apart_and_describe_what_was_hidden(made: tuple[Path, list[dict[str, Any]]]) -> None:
     out, _ = made
     stored = json.loads((out / "labels.json").read_text())["labels"]
@@ -70,6 +71,7 @@ def test_labels_lie_apart_and_describe_what_was_hidden(made: tuple[Path, list[di
         assert list(label["hidden"]) == label["effects"]
 
 
+@pytest.mark.long
 def test_a_table_holds_the_labelled_disturbance_and_only_noise_besides(
     made: tuple[Path, list[dict[str, Any]]],
 ) -> None:
@@ -88,6 +90,7 @@ def test_a_table_holds_the_labelled_disturbance_and_only_noise_besides(
         assert np.std((read - reading)[late]) < 2.0 * std
 
 
+@pytest.mark.long
 def test_sizes_mean_what_they_say(made: tuple[Path, list[dict[str, Any]]]) -> None:
     for label in made[1]:
         (left,), (share,) = label["left_over_noise"].values(), label["share_of_motion"].values()
@@ -97,6 +100,7 @@ def test_sizes_mean_what_they_say(made: tuple[Path, list[dict[str, Any]]]) -> No
             assert left > 1.0 or share > 0.005
 
 
+@pytest.mark.long
 def test_what_a_refit_reaches_leaves_nothing_and_cogging_leaves_most() -> None:
     joint = Arm(read_truth()).locked_joint(4, np.zeros(6))
     base = reach(joint, rich(4)[:4])
@@ -108,6 +112,7 @@ def test_what_a_refit_reaches_leaves_nothing_and_cogging_leaves_most() -> None:
     assert base.left(cogging) > 0.4 * np.sqrt(np.mean(cogging**2))
 
 
+@pytest.mark.long
 def test_what_the_joint_itself_takes_up_is_hidden_where_it_shows(tmp_path: Path) -> None:
     """An eccentric encoder beside free gravity would have to be larger than the motion."""
     chosen = {"kinds": ("single",), "sizes": ("nominal",), "inputs": "table3", "effects": ("encoder_eccentricity",)}
@@ -163,6 +168,7 @@ def test_only_the_effects_that_are_asked_for_are_hidden() -> None:
         plan(1, np.random.default_rng(0), ("unlisted",), ("small",), "rich", ("cogging",))
 
 
+@pytest.mark.long
 def test_a_run_asked_for_shows_the_same_joint(made: tuple[Path, list[dict[str, Any]]], tmp_path: Path) -> None:
     out, labels = made
     label = labels[0]
@@ -181,6 +187,7 @@ def test_a_run_asked_for_shows_the_same_joint(made: tuple[Path, list[dict[str, A
     assert np.std((read - reading)[t > 8.0]) < 2.0 * np.hypot(label["noise"], 1.5e-4 / np.sqrt(12))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("case", "request_", "told"),
     [

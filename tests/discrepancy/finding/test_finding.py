@@ -150,6 +150,7 @@ def test_nothing_hidden_is_nothing_missing(tmp_path: Path):
     assert finding.gaps["validate"].after == pytest.approx(finding.gaps["validate"].noise, rel=0.1)
 
 
+@pytest.mark.long
 def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path: Path):
     hidden = {
         "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,

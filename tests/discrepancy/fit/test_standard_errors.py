@@ -58,6 +58,7 @@ def test_errors_of_a_play_cover_all_minima_that_the_likelihood_allows(tmp_path: 
     assert all(std[id] >= plain[id] for id in AS_FITTED)
 
 
+@pytest.mark.long
 def test_a_slack_is_told_as_abrupt_as_it_is_and_with_all_minima_of_the_likelihood(tmp_path: Path):
     """Contacts rounded off as in the search, and errors of one minimum's curvature, miss the truth of these data."""
     study, solution = fitted(tmp_path, "tendon_slack", SOFTER, SOFTER_AS_FITTED, seed=15)
@@ -71,6 +72,7 @@ def test_a_slack_is_told_as_abrupt_as_it_is_and_with_all_minima_of_the_likelihoo
     assert all(std[id] >= e for id, e in plain.items())
 
 
+@pytest.mark.long
 def test_errors_of_a_smooth_effect_are_those_of_its_curvature(tmp_path: Path):
     study, solution = fitted(tmp_path, "cubic_spring", {"spring_cubic": 0.02}, {"k3": 0.02})
     best, errors = standard_errors(study, solution)

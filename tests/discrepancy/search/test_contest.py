@@ -34,6 +34,7 @@ def found(tmp_path: Path, hidden: str, seconds: float, without: Collection[str],
     return find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hidden", LATE)
 def test_the_only_late_entry_of_a_catalogue_is_not_named_where_another_one_is_as_likely(tmp_path: Path, hidden: str):
     data = as_json(found(tmp_path, hidden, 3e-3, without=[hidden]), measured=False, seed=0)
@@ -44,6 +45,7 @@ def test_the_only_late_entry_of_a_catalogue_is_not_named_where_another_one_is_as
     assert "or else lag_cascade (torque that arrives late by two lags in a row, no entry)" in data["sentence"]
 
 
+@pytest.mark.long
 def test_the_only_late_entry_is_unlisted_where_another_one_follows_better(tmp_path: Path):
     finding = found(tmp_path, "amplifier_lag", 3e-3, without=["amplifier_lag"], noise=1e-4)
     assert finding.search.best.adequate
@@ -58,6 +60,7 @@ def test_with_both_in_the_catalogue_they_contest_each_other(tmp_path: Path):
     assert finding.search.best.solution.ids == ("amplifier_lag",)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("hidden", "values", "verdict"),
     [
@@ -80,6 +83,7 @@ def test_a_gain_that_drifts_is_told_from_one_that_settles(
 SOFT, CURVED, DRY = "amplifier_saturation:soft", "amplifier_nonlinear_gain", "coulomb_drift:kinetic"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("hidden", "values", "entry", "contender"),
     [
@@ -103,6 +107,7 @@ def test_what_looks_like_an_entry_that_is_missing_is_not_named(
     assert (contender,) in [t.candidate.ids for t in judgement.alternatives]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("hidden", "values", "entry"),
     [
@@ -137,6 +142,7 @@ def test_the_cascade_answers_a_step_as_two_equal_lags_do():
     assert late(1.0, 0.0, 0.3, 0.2) == 1.0
 
 
+@pytest.mark.long
 def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from haptid.discrepancy.fit.solution import Solution
-from haptid.discrepancy.search import observer_search
+from haptid.discrepancy.search import observer_laws, observer_search
 from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, search, under_own_noise
 from haptid.discrepancy.search.observer_laws import Led, lead_on
 from haptid.discrepancy.search.observer_search import begin_under_observer, extend_lead, follow_leads
@@ -36,6 +36,7 @@ def searched(study: Study) -> Led:
     return lead_on(s, begin_under_observer(s, white), white)
 
 
+@pytest.mark.long
 def test_two_large_effects_are_chosen_one_by_one(tmp_path: Path):
     led = searched(study_with(tmp_path / "c", HIDDEN, {key: catalogue()[key] for key in KEYS}))
     assert led.law is None
@@ -46,6 +47,7 @@ def test_two_large_effects_are_chosen_one_by_one(tmp_path: Path):
     assert best.excess(rows) < 0.02 * led.at.excess
 
 
+@pytest.mark.long
 def test_a_name_stands_where_no_other_effect_comes_near_though_something_is_left(tmp_path: Path):
     # The smaller effect is no entry, and no other entry acts as it does.
     entries = {key: catalogue()[key] for key in ("amplifier_dead_band:jump", "torque_ripple", "cubic_spring")}
@@ -119,3 +121,42 @@ def test_no_further_effect_is_chosen_where_one_is_enough(left: float, *, asked: 
             patch.setattr(observer_search, "THRESHOLDS", replace(THRESHOLDS, search=monkey))
             assert follow_leads(TOLD, at, before, made, is_enough) == [made]
     assert seen == (["cogging"] if asked else [])
+
+
+class _Law:
+    """A friction law of which only what it leaves beside the first effect, and in the end, is known."""
+
+    def __init__(self, beside: float, end: float) -> None:
+        self.left, self.end = beside, end
+
+    def beside(self, known: Any) -> _Left | None:
+        return _Left(self.left, "friction stop") if known.name == "stop" else None
+
+    def led(self, start: Any) -> Led:
+        at: Any = None
+        lead: Any = start if self.end == self.left else _Left(self.end, "stop", "more")
+        return Led(law="other", at=at, leads=(lead,))
+
+
+@pytest.mark.parametrize(
+    ("beside", "end", "law"),
+    [
+        (5.0e3, 2.5e3, "other"),  # takes more than the second effect, and leaves far less in the end
+        (5.0e3, 3.9e3, None),  # no more than the effects do in the end
+        (7.0e3, 1.0e3, None),  # the second effect takes more than the law does
+    ],
+)
+def test_a_law_competes_with_the_second_effect(
+    beside: float, end: float, law: str | None, monkeypatch: pytest.MonkeyPatch
+):
+    names = ("stop", "cogging", "springs")
+    rounds: Any = [[_Left(c, *names[: k + 1])] for k, c in enumerate((1.0e4, 6.0e3, 4.0e3))]
+
+    def follow(*arguments: Any) -> Any:
+        assert not arguments[-1](rounds[0][0])
+        return rounds
+
+    monkeypatch.setattr(observer_laws, "follow_leads", follow)
+    at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS), start=None)
+    others: Any = [_Law(beside + ROWS, end + ROWS)]
+    assert observer_laws._effects_first(TOLD, at, [], others, lambda _: False).law == law

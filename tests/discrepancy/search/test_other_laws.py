@@ -55,6 +55,7 @@ def found(campaign: Path) -> dict[str, object]:
     return dict(json.loads((out / "discrepancy" / "joint4.json").read_text()))
 
 
+@pytest.mark.long
 def test_friction_after_another_law_is_named_with_its_parameters(found: dict) -> None:
     assert found["verdict"] == "named", found["sentence"]
     (law,) = found["effects"]
@@ -66,6 +67,7 @@ def test_friction_after_another_law_is_named_with_its_parameters(found: dict) ->
     assert creep["std"] < 0.05 * CREEP
 
 
+@pytest.mark.long
 def test_the_gap_is_that_of_the_law_that_was_asked_for(found: dict) -> None:
     gap = found["gap"]["validate"]
     assert gap["before"] > 5 * gap["noise"]
@@ -73,6 +75,7 @@ def test_the_gap_is_that_of_the_law_that_was_asked_for(found: dict) -> None:
     assert found["omnibus_p"]["before"] < 1e-6 < found["omnibus_p"]["after"]
 
 
+@pytest.mark.long
 def test_the_fmu_has_the_law(campaign: Path, found: dict) -> None:
     path = campaign / "out" / str(found["fmu"])
     assert path.name == "joint4_coulomb.fmu"

@@ -139,6 +139,7 @@ def test_variants_that_predict_as_well_are_no_rivals_but_may_be_the_truth_too(
     assert found.variants(settled) == (rest,)
 
 
+@pytest.mark.long
 def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
     among_drifts: tuple[Searcher, Trial],
 ) -> None:
@@ -158,6 +159,7 @@ def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
     assert stepped(1) == stepped(2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("nothing", [("cogging",), ("cogging", "asymmetric_viscous")])
 def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
     begun: tuple[Searcher, Trial], nothing: tuple[str, ...]
@@ -198,6 +200,7 @@ def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
     assert len(asked) == 1
 
 
+@pytest.mark.long
 def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

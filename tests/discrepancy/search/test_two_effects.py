@@ -66,6 +66,7 @@ def test_no_combination_is_begun_once_the_effort_is_spent(lead: tuple[Searcher, 
     assert not s.cut
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("way", [_clear, _anew])
 def test_the_second_effect_is_found_on_top_of_the_first(lead: tuple[Searcher, Trial, Solution], way: Way):
     s, start, first = lead

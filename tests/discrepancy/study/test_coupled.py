@@ -78,6 +78,7 @@ def test_an_effect_in_its_place_and_taken_off_it_is_the_same(key: str):
     assert back.but(title=effect.title, rivals=effect.rivals) == effect
 
 
+@pytest.mark.long
 def test_what_is_hidden_in_each_joint_is_named_there(finding: tuple[Finding, Path]):
     found, out = finding
     assert found.judgement.verdict == "named"
@@ -136,6 +137,7 @@ def test_the_scales_of_a_joint_are_its_own(with_cogging: Campaign):
     assert second.inertia == pytest.approx(M[1, 1], rel=0.5)
 
 
+@pytest.mark.long
 def test_what_has_no_name_is_a_torque_of_the_joint_in_which_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     study = coupled_study_of(campaign(tmp_path, {0: {"cubic": 0.3}}), (0, 1), {}, {}, threads=2)
     monkeypatch.setattr(shape, "SYMBOLS", {"position_rad": SYMBOLS["position_rad"]})

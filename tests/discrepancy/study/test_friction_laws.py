@@ -67,6 +67,7 @@ def test_swept_joints_are_read_from_motion_to_torque(law: str):
     assert all(np.isfinite(s.nominal) and s.nominal > 0 for s in inverse.states)
 
 
+@pytest.mark.long
 def test_nothing_is_missing_in_a_joint_with_the_right_law(campaign: Path):
     out = campaign / "out"
     done = CliRunner().invoke(

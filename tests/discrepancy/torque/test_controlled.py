@@ -29,6 +29,7 @@ def campaign(folder: Path, hidden: float) -> Path:
     return folder
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("hidden", "verdict", "names"), [(0.0, "nothing_missing", []), (0.01, "named", ["cogging"])])
 def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, verdict, names):
     out = tmp_path / "out"

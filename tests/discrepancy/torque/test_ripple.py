@@ -45,6 +45,7 @@ def test_noise_white_or_slow_shows_no_wave():
     assert found <= 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("slides", "size", "named"), [(False, 0.01, ["cogging"]), (True, 0.01, ["cogging"]), (False, 0.0, [])]
 )

@@ -115,6 +115,7 @@ def test_every_held_out_stretch_lies_between_fitted_ones():
     assert np.diff(edges).max() < 4885 / 20
 
 
+@pytest.mark.long
 @pytest.mark.real("dvrk_mtm_joint4")
 def test_the_real_joint_gets_a_story_and_its_gap_shrinks(tmp_path: Path):
     done = CliRunner().invoke(

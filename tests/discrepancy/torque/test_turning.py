@@ -75,6 +75,7 @@ def test_friction_that_turns_within_the_filter_is_no_lag(held_stage: TorqueStudy
     assert rms(lag.model.fitted) < rms(base.fitted)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("key", ["time_delay", "periodic_disturbance", "quadratic_drag"])
 def test_a_stage_that_sticks_and_slips_lacks_nothing(slow_stage: TorqueStudy, key: str):
     assert not candidate(key, fit_nominal(slow_stage, starts=1, seed=0)).acceptable

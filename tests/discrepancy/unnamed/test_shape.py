@@ -46,6 +46,7 @@ def test_over_speed_a_surface_turns_with_the_direction_and_stays_bounded():
     assert not {(0, 0), (1, 0), (0, 1)} & set(SURFACE.terms)
 
 
+@pytest.mark.long
 def test_friction_that_depends_on_load_is_a_torque_over_two_variables(tmp_path: Path):
     hidden = {"load_dependent_friction": {"load_friction": 0.4, "load_reference": 0.008}}
     finding = found(tmp_path, hidden)

@@ -12,6 +12,7 @@ from haptid.model.effects.registry import catalogue
 from tests.discrepancy.finding.test_finding import study_with
 
 
+@pytest.mark.long
 def test_a_name_whose_first_amplitude_cannot_be_told_from_nothing_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -141,6 +141,7 @@ def test_the_binary_needs_no_library(tmp_path):
     assert undefined.strip() == ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["native", "native3", "python"])
 def test_binaries_are_the_same_bytes_wherever_they_are_built_and_hold_no_path(kind: Kind, tmp_path, monkeypatch):
     archives = []

@@ -146,6 +146,7 @@ def test_spring_whose_interval_holds_zero_is_not_identified(fitted: Fitted) -> N
     assert "no spring is seen: |Ks| < 7.4 N m/rad with 95 %" in told.warnings
 
 
+@pytest.mark.long
 def test_intervals_of_a_model_that_does_not_fit_hold_the_truth() -> None:
     weak = 0.2 * TRUE["Fc"]
     ripple = [

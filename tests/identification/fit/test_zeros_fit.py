@@ -48,6 +48,7 @@ def fitted() -> Fitted:
     return fit_runs(test, options=OPTIONS)
 
 
+@pytest.mark.long
 def test_every_run_gets_its_zero_and_the_parameters_are_right(fitted: Fitted) -> None:
     fit = fitted.fit
     assert max(score.over_noise for score in fit.runs) < 1.2

@@ -60,6 +60,7 @@ def results(out: Path) -> str:
     return json.dumps(without_times(json.loads((out / "identification.json").read_text())))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("outcome", ["plain", "torque_scored"])
 def test_a_continued_run_writes_the_bytes_of_a_run_in_one_go(outcome, tmp_path, monkeypatch):
     campaign, whole, continued = campaign_of(outcome, tmp_path / "campaign"), tmp_path / "whole", tmp_path / "continued"

@@ -64,6 +64,7 @@ def identified(request, tmp_path_factory):
     return law, folder / "out" / "identification.json"
 
 
+@pytest.mark.long
 def test_from_the_data_alone_the_fit_reaches_the_noise(identified):
     law, path = identified
     (one,) = json.loads(path.read_text())["configurations"]
@@ -77,6 +78,7 @@ def test_from_the_data_alone_the_fit_reaches_the_noise(identified):
             assert abs(entry["value"] - value) < max(4 * entry["std"], 0.02 * abs(value)), id
 
 
+@pytest.mark.long
 def test_what_was_identified_is_exported_with_its_law(identified, tmp_path: Path):
     law, path = identified
     out = tmp_path / "joint.fmu"
@@ -101,6 +103,7 @@ def test_a_joint_of_a_device_takes_the_law_of_its_campaign(tmp_path: Path):
     assert not any(q.id in ("vs_4", "Fs_4", "sigma1_4") for q in fmu.equations.parameters)
 
 
+@pytest.mark.long
 def test_results_with_another_laws_parameters_are_refused(identified, tmp_path: Path):
     _, path = identified
     data = json.loads(path.read_text())

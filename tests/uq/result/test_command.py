@@ -49,6 +49,7 @@ def campaign(tmp_path_factory, equations):
     return folder
 
 
+@pytest.mark.long
 def test_the_command_writes_what_it_promises(campaign, tmp_path):
     result = CliRunner().invoke(main, [str(campaign), "--quick", "--out", str(tmp_path), "--workers", "1", "--quiet"])
     assert result.exit_code == 0, result.output

@@ -42,6 +42,7 @@ def subject(runs: tuple[Run, ...], tmp_path_factory: pytest.TempPathFactory) -> 
     return find_subject(campaign, None, configuration, equations, out, kind=None, seed=0, workers=Here())
 
 
+@pytest.mark.long
 def test_the_torque_is_the_residual_and_the_sampler_runs_the_equation_of_the_fit(
     subject: Subject, runs: tuple[Run, ...]
 ) -> None:
@@ -67,6 +68,7 @@ def posterior(subject: Subject) -> Posterior:
     )
 
 
+@pytest.mark.long
 def test_the_posterior_speaks_of_torques_and_holds_the_friction_that_moved_the_joint(
     posterior: Posterior, subject: Subject
 ) -> None:
