@@ -5,7 +5,7 @@ catalogue leaves noise alone beside the wrong law. So the other laws are fitted 
 
 1. Begin at the nominal optimum, with the law's further parameters at its own guesses, at a tenth of those that have a
    unit, and with all its parameters at its guesses.
-2. Fit each start briefly, and the best to the end where it gains something.
+2. Fit each start briefly, the best for longer, and to the end where it gains something.
 3. Stop at a law with no more parameters that leaves noise alone, or next to nothing of the residual of the law of the
    study. Keep the laws that leave far less of it.
 """
@@ -111,16 +111,17 @@ def other_laws(study: Study, start: Trial, white: Solution, tell: Progress) -> t
 def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | None:
     """Fit one law; None where it explains hardly more than the law of the study."""
     other = under_law(study, law, white.values)
-    budget = THRESHOLDS.search.simulations_of_a_start_under_other_law
-    begun = [solve(other, (), Noise(), values, iterations=budget) for values in starts_under_law(other, white)]
-    best = likeliest(*begun)
+    few, budget = THRESHOLDS.candidate.first_try_simulations, THRESHOLDS.search.simulations_of_a_start_under_other_law
+    begun = [solve(other, (), Noise(), values, iterations=few) for values in starts_under_law(other, white)]
+    first = likeliest(*begun)
+    best = solve(other, (), Noise(), first.values, x0=first.x0, iterations=budget)
     least = max(
         THRESHOLDS.search.least_gain_under_other_law_chi2,
         THRESHOLDS.search.least_gain_under_other_law_over_excess * (white.chi2 - study.rows),
     )
     if not best.finite or white.chi2 - best.chi2 < least:
         return None
-    return _to_the_end(study, start, white, other, best, sum(one.calls for one in begun))
+    return _to_the_end(study, start, white, other, best, sum(one.calls for one in (*begun, best)))
 
 
 def law_from(study: Study, start: Trial, white: Solution, law: str, values: Mapping[str, float]) -> OtherLaw:

@@ -44,6 +44,24 @@ class Led:
         """Parameters of the nominal model under that law, by id."""
         return self.at.start.fit.values
 
+    def leaves_less_than(self, other: Led, rows: int) -> bool:
+        """Say whether the best model leaves so much less than that of another law as an effect has to take.
+
+        Parameters
+        ----------
+        other
+            Where the search leads under the other law, with at least one model.
+        rows
+            Number of scored residuals.
+
+        Returns
+        -------
+        bool
+            False where no effect is left beside this law.
+        """
+        most = THRESHOLDS.search.largest_excess_beside_effects * other.leads[0].excess(rows)
+        return bool(self.leads) and self.leads[0].excess(rows) < most
+
 
 def lead_on(
     s: Searcher,
@@ -81,6 +99,8 @@ def lead_on(
        than noise, fit it beside every other law. Choose further effects where none leaves far less.
     3. Where these leave more than noise, fit all of them beside every other law. Go on under the
        one that leaves less than the law of the study beside the same effects by more than a further effect has to take.
+    4. Where a law beside the first effect takes more than the second effect does, choose further effects under it too,
+       and keep the law that leaves far less in the end.
     """
     rows = at.study.rows
     if not at.study.alone:
@@ -116,12 +136,18 @@ def _effects_first(
         return any(_leaves_far_less(made.fit, first, rows) for made in beside)
 
     rounds = follow_leads(s, at, at.start, extended, ends)
+    own = Led(law=None, at=at, leads=_worth_releasing(rounds))
     if len(rounds) > 1 and rounds[-1][0].is_far(rows):
         beside.extend(_under_each(others, rounds[-1][0]))
     made = min(beside, key=lambda made: made.fit.cost, default=None)
-    if made is not None and made.leaves_less_than(rounds[-1][0], rows):
+    if made is None:
+        return own
+    if made.leaves_less_than(rounds[-1][0], rows):
         return made.other.led(made.fit)
-    return Led(law=None, at=at, leads=_worth_releasing(rounds))
+    if made.known is rounds[0][0] and made.leaves_less_than(made.known, rows) and made.fit.cost < rounds[1][0].cost:
+        instead = made.other.led(made.fit)
+        return instead if instead.leaves_less_than(own, rows) else own
+    return own
 
 
 def _leaves_far_less(now: Lead, before: Lead, rows: int) -> bool:

@@ -370,7 +370,9 @@ class Searcher:
             Model that the effects extend.
         most
             Number of best scores that are begun. Where None, all effects are begun on the nominal model, and
-            `most_effects_begun_on_effect` on a model with effects; never more than ``study.most``.
+            `most_effects_begun_on_effect` on a model with effects; never more than ``study.most``. Where the residual
+            is so small that it is linear in what is missing, none below `least_score_share_of_small_effects` of the
+            best score.
 
         Returns
         -------
@@ -384,6 +386,7 @@ class Searcher:
             self.extended.add(keys_of(solution))
         rough = self.side_by_side(THRESHOLDS.study.coarse_step_s)
         scored = self.beside(solution, self.scan(solution))
+        most = min(most, self._in_question(solution, scored))
         # Effects that are easily mistaken for the best one are tried whatever their score, lest a rival be missed.
         likely = self.rivals(scored[0].key) if scored else set()
         fresh = {s.key: s for k, s in enumerate(scored) if k < most or self.entries[s.key].id in likely}
@@ -397,6 +400,13 @@ class Searcher:
         done = self.map_all("the best effects", partial(continue_refit, rough, solution), promising, scores)
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
         return self.rank_fits(s for s, _ in done)
+
+    def _in_question(self, solution: Solution, scored: Sequence[Score]) -> int:
+        """Count the effects whose scores do not rule them out beside the best; all of them where much is missing."""
+        if not scored or solution.chi2 > THRESHOLDS.search.least_energy_for_observer * self.study.rows:
+            return len(scored)
+        least = THRESHOLDS.search.least_score_share_of_small_effects * max(score.T for score in scored)
+        return max(k + 1 for k, score in enumerate(scored) if least <= score.T)
 
     def rivals(self, key: str) -> set[str]:
         """Return the rivals of a catalogue effect.

@@ -26,7 +26,7 @@ class SearchThresholds:
     smaller_start_divisor: float = 10.0
     """Factor by which a second start begins below the guesses of what only the other law has [1]."""
     simulations_of_a_start_under_other_law: int = 12
-    """Largest number of simulations of all runs from each start under another law."""
+    """Largest number of simulations of all runs from the best start under another law, until it has to gain."""
 
     # Step 10, single effects: how many go on after a first try.
     most_effects_continued: int = 8
@@ -124,6 +124,11 @@ class SearchThresholds:
     """Excess ‖r‖² of a model over that of the best one, up to which its observer is released too [1]."""
 
     # Step 10, one more.
+    least_score_share_of_small_effects: float = 0.1
+    """Share of the best score below which an effect is not begun, where less than twice the noise is left [1].
+
+    There the residual is linear in what is missing: in ten development cases of one small effect, the right one had 0.92
+    of the best score or more, and came first or second."""
     most_effects_begun_on_effect: int = 20
     """Number of effects that are begun on top of an effect: by then the scores of the catalogue can be trusted as a
     first sieve."""
