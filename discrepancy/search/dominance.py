@@ -42,12 +42,12 @@ def dominant(s: Searcher, at: UnderObserver, best: Trial, start: Trial) -> Trial
     effects, values = best.solution.effects, best.solution.values
     if not effects or at.start.excess(at.study.rows) <= 0.0:
         return None
-    full = fit_lead(s, at.study, effects, values)
+    full = fit_lead(s, at.study, effects, values, at.gains)
     while full.effects:
         kept = tuple(e for e in full.effects if _stands_out(s, at, full, e))
         if kept == full.effects:
             break
-        full = fit_lead(s, at.study, kept, full.fit.values)
+        full = fit_lead(s, at.study, kept, full.fit.values, at.gains)
     if not full.effects:
         return None
     found = best
@@ -59,10 +59,11 @@ def dominant(s: Searcher, at: UnderObserver, best: Trial, start: Trial) -> Trial
 def _stands_out(s: Searcher, at: UnderObserver, full: Lead, effect: Effect) -> bool:
     """Say whether any other effect in the place of this one leaves far more under the observer."""
     rows = at.study.rows
-    rest = fit_lead(s, at.study, tuple(e for e in full.effects if e is not effect), full.fit.values)
+    others = tuple(e for e in full.effects if e is not effect)
+    rest = fit_lead(s, at.study, others, full.fit.values, at.gains)
     alike = {effect.id, *s.rivals(effect.key)}
-    others = [lead for lead in extend_lead(s, at, rest) if lead.effects[-1].id not in alike]
-    next_best = min(lead.excess(rows) for lead in (rest, *others))
+    replaced = [lead for lead in extend_lead(s, at, rest) if lead.effects[-1].id not in alike]
+    next_best = min(lead.excess(rows) for lead in (rest, *replaced))
     return full.excess(rows) <= THRESHOLDS.search.largest_excess_over_replacement * next_best
 
 

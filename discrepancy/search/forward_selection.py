@@ -326,8 +326,12 @@ def _forward_from_leads(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[
     """
     led, trials = begun.led, list[Trial]()
     if led is not None and led.leads and not start.adequate:
-        trials = s.step(start.candidate, release_leads(s, led.leads), freed=True)
+        released = release_leads(s, led.leads)
+        trials = s.step(start.candidate, released, freed=True)
         trials += prune_stand_ins(s, trials, start)
+        if chosen(trials) is None:  # the model that they extend may have earned its effects
+            most = max((len(fit.effects) for fit in released), default=0)
+            trials += s.step(start.candidate, [fit for fit in released if len(fit.effects) < most], freed=True)
         near = chosen(trials)
         if near is not None and not explains_all(trials) and not near.left.far:
             trials += s.step(near.candidate, s.ready(near.solution, THRESHOLDS.search.most_effects_continued))

@@ -44,8 +44,8 @@ class Led:
         """Parameters of the nominal model under that law, by id."""
         return self.at.start.fit.values
 
-    def leaves_less_than(self, other: Led, rows: int) -> bool:
-        """Say whether the best model leaves so much less than that of another law as an effect has to take.
+    def explains_more_than(self, other: Led, rows: int) -> bool:
+        """Say whether a model leaves less than the best one of another law with fewer effects, or far less.
 
         Parameters
         ----------
@@ -59,8 +59,14 @@ class Led:
         bool
             False where no effect is left beside this law.
         """
-        most = THRESHOLDS.search.largest_excess_beside_effects * other.leads[0].excess(rows)
-        return bool(self.leads) and self.leads[0].excess(rows) < most
+        its = other.leads[0]
+
+        def beats(lead: Lead) -> bool:
+            fewer = len(lead.effects) < len(its.effects)
+            most = 1.0 if fewer else THRESHOLDS.search.largest_excess_beside_effects
+            return lead.excess(rows) < most * its.excess(rows)
+
+        return any(beats(lead) for lead in self.leads)
 
 
 def lead_on(
@@ -100,7 +106,7 @@ def lead_on(
     3. Where these leave more than noise, fit all of them beside every other law. Go on under the
        one that leaves less than the law of the study beside the same effects by more than a further effect has to take.
     4. Where a law beside the first effect takes more than the second effect does, choose further effects under it too,
-       and keep the law that leaves far less in the end.
+       and keep it where it leaves less with fewer effects, or far less.
     """
     rows = at.study.rows
     if not at.study.alone:
@@ -126,7 +132,7 @@ def _effects_first(
     is_enough: Callable[[Lead], bool],
 ) -> Led:
     """Choose effects under the law of the study; compare the other laws beside the first, and beside all of them."""
-    rows, beside = at.study.rows, list[_Beside]()
+    rows, beside, everything = at.study.rows, list[_Beside](), list[_Beside]()
 
     def ends(first: Lead) -> bool:
         """Say whether the first effect is enough, or whether the friction is to be changed before the next."""
@@ -138,15 +144,14 @@ def _effects_first(
     rounds = follow_leads(s, at, at.start, extended, ends)
     own = Led(law=None, at=at, leads=_worth_releasing(rounds))
     if len(rounds) > 1 and rounds[-1][0].is_far(rows):
-        beside.extend(_under_each(others, rounds[-1][0]))
-    made = min(beside, key=lambda made: made.fit.cost, default=None)
-    if made is None:
-        return own
-    if made.leaves_less_than(rounds[-1][0], rows):
-        return made.other.led(made.fit)
-    if made.known is rounds[0][0] and made.leaves_less_than(made.known, rows) and made.fit.cost < rounds[1][0].cost:
-        instead = made.other.led(made.fit)
-        return instead if instead.leaves_less_than(own, rows) else own
+        everything.extend(_under_each(others, rounds[-1][0]))
+    best = min([*beside, *everything], key=lambda made: made.fit.cost, default=None)
+    if best is not None and best.leaves_less_than(rounds[-1][0], rows):
+        return best.other.led(best.fit)
+    early = min(beside, key=lambda made: made.fit.cost, default=None)
+    if early is not None and early.leaves_less_than(early.known, rows) and early.fit.cost < rounds[1][0].cost:
+        instead = early.other.led(early.fit)
+        return instead if instead.explains_more_than(own, rows) else own
     return own
 
 
@@ -182,7 +187,8 @@ class _OtherLaw:
         if any(e.key not in self.searcher.entries for e in known.effects):
             return None
         own = {q.id: known.fit.values[q.id] for e in known.effects for q in e.parameters}
-        return fit_lead(self.searcher, self.at.study, known.effects, self.at.start.fit.values | own, most=MOST)
+        values = self.at.start.fit.values | own
+        return fit_lead(self.searcher, self.at.study, known.effects, values, self.at.gains, MOST)
 
     def led(self, start: Lead) -> Led:
         """Choose further effects under this law where more than noise is left; what they extend is released too."""
@@ -226,7 +232,7 @@ def _under(s: Searcher, at: UnderObserver, white: Solution, law: str) -> _OtherL
     study = under_law(at.study, law, white.values)
     entries = {key: effect for key, effect in s.entries.items() if key in study.entries}
     searcher = replace(s, study=study, entries=entries, simulations=0, finished={}, extended=set())
-    start = fit_lead(searcher, study, (), next(starts_under_law(study, white)), most=MOST)
+    start = fit_lead(searcher, study, (), next(starts_under_law(study, white)), at.gains, MOST)
     s.simulations += searcher.simulations
     points = tuple(point for point in at.found.points if point.key in entries)
     there = replace(at, study=study, start=start, found=replace(at.found, points=points))

@@ -4,8 +4,8 @@ Far from the truth a free simulation is bent in every parameter, and two effects
 holds the simulation near the readings, the residual is nearly linear in effects of any size: what an effect has missed
 is forgotten after 1/L. So the catalogue can be scored there by linear least squares, and effects chosen one by one.
 
-1. Fit the nominal model under falling gains, down to the one at which effects are distinguishable, and simulate the
-   signatures of the catalogue there (`begin_under_observer`).
+1. Fit the nominal model under falling gains, down to the one at which effects are distinguishable, or to the next where
+   the observer hides what is missing, and simulate the signatures of the catalogue there (`begin_under_observer`).
 2. Score the catalogue on the residual, begin refits of the effects of the best scores under that gain with everything
    else, and finish the most promising. Take the best one, leave out what has become unnecessary, and repeat until no
    effect takes a share of the residual (`follow_leads`).
@@ -15,7 +15,7 @@ is forgotten after 1/L. So the catalogue can be scored there by linear least squ
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from haptid.discrepancy.candidate.refit import start_values
 from haptid.discrepancy.detect.score_tests import Score, scan
@@ -37,7 +37,7 @@ class Lead:
     effects
         Its effects in SI units.
     fit
-        Its fit under the gain at which effects are distinguishable.
+        Its fit under the gain under which models are compared.
     """
 
     effects: tuple[Effect, ...]
@@ -119,6 +119,11 @@ class UnderObserver:
     found: Signatures
     excess: float
 
+    @property
+    def gains(self) -> int:
+        """Number of gains of the homotopy that every fit passes here."""
+        return self.start.fit.level
+
 
 def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     """Fit the nominal model under the observer, and simulate the signatures of the catalogue there.
@@ -135,7 +140,11 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     UnderObserver
     """
     study = s.side_by_side(THRESHOLDS.study.coarse_step_s)
-    start = fit_lead(s, study, (), nominal.values)
+    start = fit_lead(s, study, (), nominal.values, THRESHOLDS.search.gains_until_distinguishable)
+    if start.cost < THRESHOLDS.search.least_energy_for_observer * study.rows:  # it pushes aside what acts slowly
+        lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
+        s.simulations += (lower.reached.calls - start.fit.reached.calls) * len(study.fitted)
+        start = replace(start, fit=lower)
     entries = list(s.entries.values())
 
     def count(done: int) -> None:
@@ -214,9 +223,10 @@ def fit_lead(
     study: Study,
     effects: tuple[Effect, ...],
     values: Mapping[str, float],
+    gains: int,
     most: int = THRESHOLDS.fit.most_simulations_of_gain,
 ) -> Lead:
-    """Fit a model under falling gains, down to the one at which effects are distinguishable.
+    """Fit a model under falling gains, to the one under which models are compared.
 
     Parameters
     ----------
@@ -228,6 +238,8 @@ def fit_lead(
         Effects in SI units.
     values
         Start values of parameters by id.
+    gains
+        Number of gains of the homotopy that are passed.
     most
         Largest number of simulations of all runs under one gain.
 
@@ -235,7 +247,7 @@ def fit_lead(
     -------
     Lead
     """
-    fit = start_holding_last_shape(study, effects, values).down_to(THRESHOLDS.search.gains_until_distinguishable, most)
+    fit = start_holding_last_shape(study, effects, values).down_to(gains, most)
     s.simulations += fit.reached.calls * len(study.fitted)
     return Lead(effects=effects, fit=fit)
 
@@ -263,10 +275,10 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
     def begin(score: Score) -> Lead:
         effects = (*before.effects, s.entries[score.key])
         values = before.fit.values | start_values(effects[-1], score.point, score.amplitude)
-        return fit_lead(s, at.study, effects, values, most=THRESHOLDS.search.simulations_of_a_try_under_observer)
+        return fit_lead(s, at.study, effects, values, at.gains, THRESHOLDS.search.simulations_of_a_try_under_observer)
 
     def refit(begun: Lead) -> Lead:
-        return fit_lead(s, at.study, begun.effects, begun.fit.values)
+        return fit_lead(s, at.study, begun.effects, begun.fit.values, at.gains)
 
     best = _best_scores(scored)
     tried = s.map_all("effects under the observer, first tries", begin, best)
@@ -277,7 +289,8 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
 def _without_unneeded(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:
     """Leave out the effects that take no share beside the later ones: they stood in for them."""
     for effect in lead.effects[:-1]:
-        fewer = fit_lead(s, at.study, tuple(e for e in lead.effects if e.id != effect.id), lead.fit.values)
+        others = tuple(e for e in lead.effects if e.id != effect.id)
+        fewer = fit_lead(s, at.study, others, lead.fit.values, at.gains)
         if not _takes_a_share(lead, fewer, at):
             lead = fewer
     return lead

@@ -74,6 +74,9 @@ class SearchThresholds:
     """Predicted decrease of ‖r‖², in squares over the noise, at which a fit of the sieve ends [1]."""
     gains_until_distinguishable: int = 3
     """Number of homotopy gains after which effects are distinguishable."""
+    gains_where_observer_hides: int = 4
+    """Number of homotopy gains that are passed where the nominal model, far from noise in a free simulation, is near it
+    after `gains_until_distinguishable`: an observer of 6 /s corrects what acts more slowly than that."""
     most_effects_released: int = 4
     """Number of effects that are continued from there without the observer."""
     most_effects_beside_effect: int = 12
@@ -102,8 +105,11 @@ class SearchThresholds:
     """Number of best tries that are finished in each round, beside the rivals of the best one."""
     most_scores_refitted_under_observer: int = 2
     """Number of best scores that are finished in any case."""
-    least_share_under_observer: float = 0.05
-    """Share of the excess ‖r‖² under the observer that an effect has to take to be added [1]."""
+    least_share_under_observer: float = 0.15
+    """Share of the excess ‖r‖² under the observer that an effect has to take to be added [1].
+
+    The largest of three missing effects takes a third or more; what takes less follows a formula that is only near that
+    of the machine."""
     least_share_of_all_under_observer: float = 0.005
     """The same as a share of the nominal model's excess [1]: what is left beside effects whose formulas are only near
     those of the machine is not searched on."""
@@ -127,8 +133,8 @@ class SearchThresholds:
     least_score_share_of_small_effects: float = 0.1
     """Share of the best score below which an effect is not begun, where less than twice the noise is left [1].
 
-    There the residual is linear in what is missing: in ten development cases of one small effect, the right one had 0.92
-    of the best score or more, and came first or second."""
+    There the residual is linear in what is missing: in ten development cases of one small effect, the right one had
+    0.92 of the best score or more, and came first or second."""
     most_effects_begun_on_effect: int = 20
     """Number of effects that are begun on top of an effect: by then the scores of the catalogue can be trusted as a
     first sieve."""

@@ -141,8 +141,8 @@ class _Law:
 @pytest.mark.parametrize(
     ("beside", "end", "law"),
     [
-        (5.0e3, 2.5e3, "other"),  # takes more than the second effect, and leaves far less in the end
-        (5.0e3, 3.9e3, None),  # no more than the effects do in the end
+        (5.0e3, 3.8e3, "other"),  # takes more than the second effect, and leaves less with fewer effects in the end
+        (5.0e3, 4.1e3, None),  # leaves more in the end
         (7.0e3, 1.0e3, None),  # the second effect takes more than the law does
     ],
 )
