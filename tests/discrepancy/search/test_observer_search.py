@@ -11,7 +11,7 @@ from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search import observer_laws, observer_search
 from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, search, under_own_noise
 from haptid.discrepancy.search.observer_laws import Led, lead_on
-from haptid.discrepancy.search.observer_search import begin_under_observer, extend_lead, follow_leads
+from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, extend_lead, follow_leads
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -93,6 +93,36 @@ class _Left:
 
 
 ROWS = 100
+
+
+@pytest.mark.parametrize(("left", "gains"), [(1.9, 4), (2.1, 3)])
+def test_the_gain_is_lower_where_the_observer_hides_what_is_missing(
+    left: float, gains: int, monkeypatch: pytest.MonkeyPatch
+):
+    class Fit:
+        def __init__(self, level: int) -> None:
+            self.level, self.gain = level, 6.0
+            self.reached = SimpleNamespace(cost=left**2 * ROWS, calls=level)
+
+        def down_to(self, level: int) -> "Fit":
+            return Fit(level)
+
+        def linearised(self, effects: tuple[()]) -> None:
+            assert effects == ()
+
+    def fit(s: Any, study: Any, effects: Any, values: Any, level: int) -> Lead:  # noqa: ARG001 (as `fit_lead`)
+        return Lead(effects=effects, fit=Fit(level))  # type: ignore[arg-type] # a stub
+
+    monkeypatch.setattr(observer_search, "fit_lead", fit)
+    monkeypatch.setattr(observer_search, "signatures", lambda *_, **__: SimpleNamespace(simulations=0))
+    study = SimpleNamespace(rows=ROWS, fitted=(1, 2))
+    s: Any = SimpleNamespace(side_by_side=lambda _: study, entries={}, simulations=0)
+    nominal: Any = SimpleNamespace(values={})
+    at = begin_under_observer(s, nominal)
+    assert at.gains == gains
+    assert s.simulations == 2 * (gains - 3)
+
+
 TOLD: Any = SimpleNamespace(tell=ignore_progress)
 
 
