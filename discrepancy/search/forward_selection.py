@@ -103,20 +103,20 @@ def _search_under_observer(begun: _Begun, tell: Progress) -> Search:
         return _finish(replace(begun, led=led), tell)
     tell(f"search under the friction law {led.law}")
     other = law_from(begun.study, begun.start, begun.white, led.law, led.nominal)
-    if not led.leads and (alone := _law_alone(other, begun)) is not None:
+    fits = under_own_noise(other.study, other.base)
+    if not led.leads and (alone := _law_alone(other, fits[1], begun)) is not None:
         tell(f"nothing comes near the friction law {led.law}")
         return alone
-    again = replace(_begin(other.study, other.base, tell), led=led)
+    again = replace(_begin(other.study, other.base, tell, fits), led=led)
     again.searcher.simulations += s.simulations
     return replace(_finish(again, tell), asked=begun.start)
 
 
-def _law_alone(other: OtherLaw, begun: _Begun) -> Search | None:
+def _law_alone(other: OtherLaw, plain: Solution, begun: _Begun) -> Search | None:
     """End with a friction law that closes most of the gap, beside which no effect takes a share of what it leaves.
 
     None where the law leaves noise alone, so that the catalogue has to be scored beside it, or too much of the gap.
     """
-    _, plain = under_own_noise(other.study, other.base)
     start = first_tests(other.study, score_candidate(other.study, plain, plain.calls))
     if start.passes or not closes_most(start, begun.start):
         return None
@@ -156,9 +156,9 @@ class _Begun:
     led: Led | None = None
 
 
-def _begin(study: Study, base: Base, tell: Progress) -> _Begun:
-    """Score the catalogue on the nominal model, and judge the model."""
-    white, plain = under_own_noise(study, base)
+def _begin(study: Study, base: Base, tell: Progress, fits: tuple[Solution, Solution] | None = None) -> _Begun:
+    """Score the catalogue on the nominal model, and judge the model, fitted before or now as `under_own_noise` does."""
+    white, plain = fits or under_own_noise(study, base)
     entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
     tell("tests of the nominal model")

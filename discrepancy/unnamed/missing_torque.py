@@ -1,4 +1,4 @@
-"""Fit a missing torque that has no name: `Study` and nominal `Solution` in, `Shape` out.
+"""Fit a missing torque that has no name: `Study` and the `Solution` that lacks it in, `Shape` out.
 
 1. Fit a spline over each single variable of each joint through homotopy, and the likeliest one to the end.
 2. Where that closes too little of the residual, fit surfaces over two variables of the same joint in the same way.
@@ -78,6 +78,8 @@ class Shape:
         Closed form that follows the torque, or None.
     alone
         Best shape over one variable, where this one has two.
+    beside
+        Keys of the named effects beside which it is what is left.
     """
 
     joint: int
@@ -89,6 +91,7 @@ class Shape:
     closed: float
     suggestion: str | None = None
     alone: Shape | None = None
+    beside: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, object]:
         """Convert to ``unnamed_shape`` of the finding's JSON.
@@ -104,19 +107,19 @@ class Shape:
             "knots": knots.tolist(),
             "second_knots": others[0].tolist() if others else None, "torque_Nm": self.torque.tolist(),
             "std_Nm": self.std.tolist(), "gain": self.gain, "closed": self.closed, "suggestion": self.suggestion,
-            "over_one_variable": self.alone.as_json() if self.alone else None,
+            "over_one_variable": self.alone.as_json() if self.alone else None, "beside": list(self.beside),
         }  # fmt: skip
 
 
-def missing(study: Study, base: Solution) -> Shape:
-    """Fit the missing torque over the variables that explain most of the nominal model's residual.
+def missing(study: Study, model: Solution) -> Shape:
+    """Fit the missing torque over the variables that explain most of a model's residual.
 
     Parameters
     ----------
     study
         Study with the fitted runs.
-    base
-        Nominal model under any noise; white noise is used here.
+    model
+        Nominal model, or one with effects that explain a part, under any noise; white noise is used here.
 
     Returns
     -------
@@ -125,7 +128,7 @@ def missing(study: Study, base: Solution) -> Shape:
         more than `least_share_added_by_second_variable`.
     """
     # The noise model of the nominal fit may have absorbed the discrepancy as correlation or scatter.
-    white = solve(study, (), Noise(), base.values, x0=base.x0)
+    white = solve(study, model.effects, Noise(), model.values, x0=model.x0)
     joints = study.fitted[0].free_joints
     ranges = [{variable: _range(study, variable, k) for variable in SYMBOLS} for k in range(len(joints))]
     curves = [
@@ -147,7 +150,7 @@ def missing(study: Study, base: Solution) -> Shape:
 def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
     """Fit all candidates roughly, side by side, and the likeliest of them to the end."""
     rough = map_threads(
-        partial(_roughly, at_step(study, THRESHOLDS.study.signature_step_s)), tried, threads=study.threads
+        partial(_roughly, at_step(study, THRESHOLDS.study.signature_step_s), white), tried, threads=study.threads
     )
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
@@ -161,13 +164,16 @@ def _range(study: Study, variable: str, column: int) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _roughly(study: Study, place: Place) -> Solution:
-    """Fit the shape through homotopy from the first guesses, to the tolerance `rough_tolerance_chi2`."""
+def _roughly(study: Study, white: Solution, place: Place) -> Solution:
+    """Fit the shape through homotopy, to the tolerance `rough_tolerance_chi2`.
+
+    Beside the nominal model, which may have taken what is missing upon itself, it begins at the first guesses.
+    """
     scale = max(float(np.abs(run.u[:, place.column]).max()) for run in study.fitted)
     effect = study.in_joint(place.functions.effect(scale), place.column)
-    guesses = {q.id: q.initial for q in study.base.parameters}
+    values = white.values if white.effects else {q.id: q.initial for q in study.base.parameters}
     return through_homotopy(
-        replace(study, threads=1), (effect,), guesses, tolerance=THRESHOLDS.fit.rough_tolerance_chi2
+        replace(study, threads=1), (*white.effects, effect), values, tolerance=THRESHOLDS.fit.rough_tolerance_chi2
     )[0]
 
 
@@ -176,7 +182,7 @@ def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shap
     functions, first = tried.functions, study.fitted[0]
     iterations = THRESHOLDS.fit.most_simulations_of_last_fit
     after = solve(study, rough.effects, Noise(), rough.values, x0=rough.x0, iterations=iterations)
-    (effect,) = rough.effects
+    effect = rough.effects[-1]
     ids = [p.id for p in after.equations.parameters]
     place = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
     told, knots = functions.design, functions.knots
@@ -192,7 +198,7 @@ def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shap
         joint=first.free_joints[tried.column], variables=functions.variables, knots=knots,
         torque=torque.reshape(size), std=std.reshape(size),
         gain=2.0 * (after.log_likelihood - before.log_likelihood), closed=_share_closed(study, before, after),
-        suggestion=simple,
+        suggestion=simple, beside=tuple(e.key for e in before.effects),
     )  # fmt: skip
 
 

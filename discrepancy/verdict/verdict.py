@@ -75,7 +75,8 @@ class Judgement:
     next_experiment
         Run that separates rivals, for an ambiguous verdict on one joint alone.
     shape
-        Missing torque without a name, for an unlisted verdict.
+        Missing torque without a name: all of it for an unlisted verdict, what named effects leave where they explain a
+        part.
     sentence
         Sentence that an engineer reads first.
     """
@@ -123,9 +124,16 @@ def judge(study: Study, found: Search) -> Judgement:
         effects=effects,
         alternatives=rivals or _list_rivals(found),
         next_experiment=proposal,
-        shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
+        shape=_shape_of_rest(study, found, verdict),
         sentence=_sentence(verdict, effects, rivals, proposal, found, nothing),
     )
+
+
+def _shape_of_rest(study: Study, found: Search, verdict: Verdict) -> Shape | None:
+    """Fit what has no name: all that is missing, or what is left beside effects that explain a part."""
+    if verdict == "unlisted":
+        return missing(study, found.plain.solution)
+    return missing(study, found.best.solution) if verdict == "partly_named" else None
 
 
 def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:

@@ -41,7 +41,8 @@ def unnamed_section(shape: Shape, runs: str, joints: Sequence[int], slides: Sequ
     prismatic = [slides[joints.index(shape.joint)]]
     joint = f" in joint {shape.joint}" if len(joints) > 1 else ""
     closed = _write_closed(shape)
-    lines = [f"As a torque{joint} over {names} alone, what is missing would close {closed} of the gap on {runs}."]
+    missing, whole = ("what the named effects leave", "it") if shape.beside else ("what is missing", "the gap")
+    lines = [f"As a torque{joint} over {names} alone, {missing} would close {closed} of {whole} on {runs}."]
     if shape.alone:
         lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_write_closed(shape.alone)}.")
     if len(joints) > 1 and "position_rad" in shape.variables:
@@ -51,7 +52,7 @@ def unnamed_section(shape: Shape, runs: str, joints: Sequence[int], slides: Sequ
     if shape.suggestion:
         lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
     return Section(
-        title="What is missing, without a name",
+        title="What is left, without a name" if shape.beside else "What is missing, without a name",
         anchor="shape",
         paragraphs=lines,
         pictures=[shape_picture(shape, prismatic)],

@@ -255,6 +255,17 @@ def test_a_surface_is_told_beside_its_best_curve():
     assert "does not live there" not in said
 
 
+def test_the_shape_of_what_names_leave_says_so():
+    beside = replace(JUDGEMENT, shape=replace(SHAPE, beside=("cogging",)))
+    said = page_of(replace(FINDING, judgement=beside))
+    assert said.table("What is left, without a name").rows[1:] == [
+        ["0.1", "0.0234 ± 0.0017"],
+        ["0.5", "-0.0456 ± 0.0023"],
+    ]
+    lines = "\n".join(said.paragraphs)
+    assert "over position alone, what the named effects leave would close 37.2 % of it on runs" in lines
+
+
 def test_the_run_that_would_settle_it_and_the_smallest_effect_have_their_sizes(page):
     said = "\n".join(page.paragraphs)
     assert "The run that would tell: cosine torque of 0.063 N m at 2.7 rad/s about 0.011 N m, from rest, 14 s" in said

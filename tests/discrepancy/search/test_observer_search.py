@@ -15,7 +15,7 @@ from haptid.discrepancy.search.observer_search import Lead, begin_under_observer
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.verdict.verdict import verdict_of
+from haptid.discrepancy.verdict.verdict import judge
 from haptid.model.effects.registry import catalogue
 from haptid.support.listener import ignore_progress
 from tests.discrepancy.finding.test_finding import study_with
@@ -56,7 +56,13 @@ def test_a_name_stands_where_no_other_effect_comes_near_though_something_is_left
     found = search(study, starts=2)
     assert not found.best.adequate
     assert found.standing == ("amplifier_dead_band:jump",)
-    assert verdict_of(found) == "partly_named"
+    judgement = judge(study, found)
+    assert judgement.verdict == "partly_named"
+    # What the name leaves is shown without a name, where it lives.
+    assert judgement.shape is not None
+    assert judgement.shape.beside == found.standing
+    assert "velocity_rad_s" in judgement.shape.variables
+    assert judgement.shape.closed > 0.5
 
 
 def test_an_effect_of_a_low_score_is_found_by_a_try(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
