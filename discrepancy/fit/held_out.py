@@ -19,7 +19,7 @@ from haptid.discrepancy.fit.solution import Solution, under_noise, with_starts
 from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour, Noise
 
@@ -103,12 +103,12 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
             for q, p in zip(solution.equations.parameters, theta, strict=True)}  # fmt: skip
     simulator = study.factory(solution.equations.with_parameters(held))
     problem = under_noise(simulator, runs, model.but(scatters=()), theta, (), threads=study.threads)
-    x = minimise(problem, np.zeros(problem.size), iterations=12).x
+    x = minimise(SumOfSquares.of(problem), np.zeros(problem.size), iterations=12).x
     x0 = problem.x0(x)
     # A scatter is linearised about a trajectory, so the initial states are first fitted without it.
     if model.scatters:
         problem = under_noise(simulator, runs, model, theta, x0, threads=study.threads)
-        x = minimise(problem, with_starts(problem, np.zeros(problem.size), x0), iterations=12).x
+        x = minimise(SumOfSquares.of(problem), with_starts(problem, np.zeros(problem.size), x0), iterations=12).x
         x0 = problem.x0(x)
     found = problem.blocks(x, jacobian=False)
     chi2 = float(found.residual @ found.residual)

@@ -17,7 +17,7 @@ from haptid.discrepancy.fit.whitened import OPTIONS, Whitened
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.homotopy import feasible, follow_gains
-from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
+from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations
@@ -125,7 +125,7 @@ class Guided:
         """
 
         def minimise_level(x: Array, gain: float, _: int) -> Descent:
-            return minimise(self.problem, x, gain, iterations=most, tolerance=tolerance)
+            return minimise(SumOfSquares.of(self.problem, gain), x, iterations=most, tolerance=tolerance)
 
         reached = follow_gains(self.reached, GAINS[self.level : level], minimise_level)
         return replace(self, reached=reached, level=level)

@@ -19,7 +19,7 @@ from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect, id_of
@@ -247,7 +247,7 @@ def solve(
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
         if study.alone and noise.on_torque:
             problem, x = _balance_common_factor(study, simulator, noise, problem, x)
-        found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
+        found = minimise(SumOfSquares.of(problem), x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
     if settled and noise.on_torque:
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))

@@ -18,7 +18,7 @@ from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, rms
 from haptid.identification.optimise.homotopy import follow_gains
-from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
+from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
@@ -120,9 +120,8 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     gains = IDENTIFICATION.observer_gains_beside_controller
     near = map_threads(lambda theta: _follow(problem, theta, gains[:-1]), thetas, threads=study.threads)
     best = minimise(
-        problem,
+        SumOfSquares.of(problem, gains[-1]),
         min(near, key=lambda descent: descent.cost).x,
-        gains[-1],
         iterations=THRESHOLDS.torque.most_simulations_of_start,
         relative=THRESHOLDS.torque.least_decrease_of_cost,
         tolerance=0.0,
@@ -149,9 +148,8 @@ def _follow(problem: Problem, theta: Array, gains: Sequence[float]) -> Descent:
 
     def minimise_at(x: Array, gain: float, _: int) -> Descent:
         return minimise(
-            problem,
+            SumOfSquares.of(problem, gain),
             x,
-            gain,
             iterations=IDENTIFICATION.most_iterations_of_early_level,
             relative=IDENTIFICATION.tolerance_of_early_level,
             tolerance=0.0,

@@ -22,6 +22,7 @@ from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import (
     Descent,
     Simulated,
+    SumOfSquares,
     cost_of,
     ignore_simulation,
     minimise,
@@ -114,9 +115,8 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
     far = near.cost / problem.weight > THRESHOLDS.excess_cost_of_model_error
     tolerance = THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish
     polish = minimise(
-        problem,
+        SumOfSquares.of(problem, gains[-1]),
         near.x,
-        gains[-1],
         iterations=THRESHOLDS.most_iterations_of_last_level,
         tolerance=0.0,
         relative=tolerance,
@@ -173,7 +173,8 @@ def _level(  # what is minimised, where it begins, and who listens
         iterations, tolerance = THRESHOLDS.most_iterations_of_last_level, THRESHOLDS.tolerance_of_last_level
     # Near the data Levenberg–Marquardt converges quadratically, SLSQP in three to five times as many simulations.
     if problem.options.method == "gauss_newton" or (near and not problem.options.passive):
-        return minimise(problem, x, gains[number], iterations=iterations, tolerance=0.0, relative=tolerance, tell=tell)
+        cost = SumOfSquares.of(problem, gains[number])
+        return minimise(cost, x, iterations=iterations, tolerance=0.0, relative=tolerance, tell=tell)
     # Strong damping in the first levels, where the parameters may be far from the minimum.
     damping = max(0.1**number, THRESHOLDS.least_damping_of_slsqp)
     return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping, tell=tell)

@@ -1,10 +1,12 @@
-"""Levenberg–Marquardt under bounds and orderings: `Problem` and first unknowns in, `Descent` out.
+"""Levenberg–Marquardt under bounds and orderings: `Cost` and first unknowns in, `Descent` out.
 
-1. Reduce Jacobian and residual at x to a triangular system (`triangle_by_runs`).
-2. Solve min ‖J·d + r‖² + λ·‖D·d‖² under bounds and orderings, D the norms of the Jacobian's columns.
+1. Expand the cost at x to second order, as a triangular system R, c (`Trial.triangle`).
+2. Solve min ‖R·d − c‖² + λ·‖D·d‖² under bounds and orderings, D the norms of R's columns.
 3. Stop where the predicted decrease is below the tolerance, also without damping, or where progress has stalled.
-4. Move x along d (`identification.problem.retraction`) and simulate.
+4. Move x along d and simulate.
 5. Accept the step where the cost falls by a share of the prediction, and set λ by the gain ratio; else raise λ.
+
+The cost of a fit is `SumOfSquares`, ‖r‖² of a `Problem`: R and c reduce its Jacobian and residual.
 
 Damping in the scale of the columns is Marquardt's (1963); the update of λ by the gain ratio is Nielsen's (1999). No
 fixed ridge holds directions that the data see little of, so that long valleys (gravity and spring) are followed to
@@ -15,6 +17,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -78,10 +82,126 @@ class Descent:
         return cls(x=x, cost=float("inf"), calls=0, converged=False)
 
 
-def minimise(  # noqa: PLR0913 # what is minimised, when to stop, and who listens
-    problem: Problem,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """Cost at trial unknowns x.
+
+    Parameters
+    ----------
+    cost
+        Cost C(x) [squares over the noise]; infinite where a simulation is not finite.
+    excess
+        What C(x) exceeds that of noise alone by [squares over the noise]; 0 where nobody knows what noise leaves.
+    triangle
+        Function that returns a triangular R (n, n) and c (n,) with C(x + d) ≈ C(x) − ‖c‖² + ‖R·d − c‖²; it is called
+        where x is accepted.
+    """
+
+    cost: float
+    excess: float
+    triangle: Callable[[], tuple[Array, Array]]
+
+
+class Cost(Protocol):
+    """A cost that Levenberg–Marquardt lowers."""
+
+    def at(self, x: Array) -> Trial:
+        """Compute the cost.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        Trial
+        """
+
+    def constraints(self, x: Array) -> tuple[Array, Array]:
+        """Write bounds and orderings as linear inequalities A·d ≥ slack of a step d.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        A : ndarray, shape (n_c, n)
+            Coefficients.
+        slack : ndarray, shape (n_c,)
+            Limits, none above 0.
+        """
+
+    def move(self, x: Array, d: Array) -> Array:
+        """Move the unknowns along a step.
+
+        Parameters
+        ----------
+        x, d
+            Unknowns and step, shape (n,).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            x + d to first order.
+        """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SumOfSquares:
+    """The cost ‖r(x)‖² of a problem under an observer gain.
+
+    Parameters
+    ----------
+    problem
+        Problem with residuals r(x).
+    gain
+        Observer gain L [1/s].
+    along
+        Moves the unknowns along the valleys of springs.
+    """
+
+    problem: Problem
+    gain: float
+    along: Retraction
+
+    @classmethod
+    def of(cls, problem: Problem, gain: float = 0.0) -> SumOfSquares:
+        """Return the cost of a problem.
+
+        Parameters
+        ----------
+        problem
+            Problem with residuals r(x).
+        gain
+            Observer gain L [1/s]; 0 simulates freely.
+
+        Returns
+        -------
+        SumOfSquares
+        """
+        return cls(problem=problem, gain=gain, along=Retraction.of(problem))
+
+    def at(self, x: Array) -> Trial:
+        """See `Cost`; all runs are simulated with sensitivities."""
+        blocks = self.problem.blocks(x, self.gain)
+        cost = cost_of(blocks)
+        return Trial(cost=cost, excess=cost - blocks.residual.size, triangle=partial(triangle_by_runs, blocks))
+
+    def constraints(self, x: Array) -> tuple[Array, Array]:
+        """See `Cost`."""
+        return self.along.constraints(x)
+
+    def move(self, x: Array, d: Array) -> Array:
+        """See `Cost`; springs move along their valleys."""
+        return self.along.move(x, d)
+
+
+def minimise(
+    objective: Cost,
     x: Array,
-    gain: float = 0.0,
     *,
     iterations: int = 40,
     tolerance: float = 0.01,
@@ -89,16 +209,14 @@ def minimise(  # noqa: PLR0913 # what is minimised, when to stop, and who listen
     damping: float = 1e-3,
     tell: Simulated = ignore_simulation,
 ) -> Descent:
-    """Minimise ‖r(x)‖² under bounds and orderings by Levenberg–Marquardt steps.
+    """Minimise a cost under bounds and orderings by Levenberg–Marquardt steps.
 
     Parameters
     ----------
-    problem
-        Problem with residuals r(x).
+    objective
+        The cost, such as the `SumOfSquares` of a problem.
     x
         First unknowns, shape (n,).
-    gain
-        Observer gain L [1/s].
     iterations
         Largest number of simulations of all runs.
     tolerance
@@ -123,17 +241,16 @@ def minimise(  # noqa: PLR0913 # what is minimised, when to stop, and who listen
     small however far the minimum is: before the minimiser stops, the predicted decrease of the step with the damping
     `THRESHOLDS.least_damping` must be small as well; otherwise that step is tried.
     """
-    along = Retraction.of(problem)
-    now = problem.blocks(x, gain)
-    cost, growth, calls, converged, freed = cost_of(now), 2.0, 1, False, False
-    if not np.isfinite(cost):
-        return Descent(x=x, cost=cost, calls=calls, converged=False)
-    R, c = triangle_by_runs(now)
-    costs = [cost]
+    now = objective.at(x)
+    growth, calls, converged, freed = 2.0, 1, False, False
+    if not np.isfinite(now.cost):
+        return Descent(x=x, cost=now.cost, calls=calls, converged=False)
+    R, c = now.triangle()
+    costs = [now.cost]
     while calls < iterations:
-        limits = along.constraints(x)
-        excess = (cost - now.residual.size) / THRESHOLDS.excess_cost_at_full_tolerance
-        enough = max(tolerance * max(1.0, excess), relative * cost)
+        limits = objective.constraints(x)
+        excess = now.excess / THRESHOLDS.excess_cost_at_full_tolerance
+        enough = max(tolerance * max(1.0, excess), relative * now.cost)
         d, predicted = _step(R, c, damping, *limits)
         # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
@@ -144,21 +261,20 @@ def minimise(  # noqa: PLR0913 # what is minimised, when to stop, and who listen
         converged = stalled or (predicted <= enough and damping < 1.0)
         if converged or damping > THRESHOLDS.largest_damping:
             break
-        moved = along.move(x, d)
-        trial = problem.blocks(moved, gain)
+        moved = objective.move(x, d)
+        trial = objective.at(moved)
         calls += 1
-        new = cost_of(trial)
-        ratio = (cost - new) / max(predicted, 1e-12) if np.isfinite(new) else -1.0
+        ratio = (now.cost - trial.cost) / max(predicted, 1e-12) if np.isfinite(trial.cost) else -1.0
         if ratio > THRESHOLDS.least_actual_over_predicted_decrease:
-            x, cost, growth, freed = moved, new, 2.0, False
-            R, c = triangle_by_runs(trial)
+            x, now, growth, freed = moved, trial, 2.0, False
+            R, c = now.triangle()
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), THRESHOLDS.least_damping)
         else:
             # From 1e-6 upwards: a rejected undamped step would take many more simulations to become shorter.
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
-        costs.append(cost)
-        tell(calls, cost)
-    return Descent(x=x, cost=cost, calls=calls, converged=converged)
+        costs.append(now.cost)
+        tell(calls, now.cost)
+    return Descent(x=x, cost=now.cost, calls=calls, converged=converged)
 
 
 def _stalls(costs: list[float], enough: float) -> bool:

@@ -312,3 +312,20 @@ class Parametrisation:
                 rows.append(row)
                 limits.append(limit)
         return np.array(rows).reshape(len(limits), len(self.free)), np.array(limits)
+
+    def constraints(self) -> tuple[Array, Array]:
+        """Write finite bounds and orderings as linear inequalities A·s ≥ b.
+
+        Returns
+        -------
+        A : ndarray, shape (n_c, n_free)
+            Coefficients.
+        b : ndarray, shape (n_c,)
+            Limits: those of lower bounds, then of upper bounds, then of orderings.
+        """
+        lower, upper = self.bounds
+        eye = np.eye(len(self.free))
+        order, limit = self.orderings()
+        keep_lower, keep_upper = np.isfinite(lower), np.isfinite(upper)
+        A = np.concatenate([eye[keep_lower], -eye[keep_upper], order])
+        return A, np.concatenate([lower[keep_lower], -upper[keep_upper], limit])

@@ -207,12 +207,7 @@ class Problem:
         b : ndarray, shape (n_c,)
             Limits.
         """
-        lower, upper = self.parametrisation.bounds
-        eye = np.eye(self.n_parameters)
-        order, limit = self.parametrisation.orderings()
-        keep_lower, keep_upper = np.isfinite(lower), np.isfinite(upper)
-        A = np.concatenate([eye[keep_lower], -eye[keep_upper], order])
-        b = np.concatenate([lower[keep_lower], -upper[keep_upper], limit])
+        A, b = self.parametrisation.constraints()
         return np.pad(A, ((0, 0), (0, self.size - self.n_parameters))), b
 
     def blocks(self, x: Array, gain: float = 0.0, *, jacobian: bool = True) -> Blocks:

@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise
 from haptid.identification.optimise.workers import Here, Tell, Workers, tell_nobody
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
@@ -116,8 +116,9 @@ def jackknife_std(
 def _refit(problem: Problem, x: Array, tell: Tell = tell_nobody) -> tuple[Array, Array]:
     """Return the minimum near x and the standard deviations there."""
     most = THRESHOLDS.most_simulations_of_refit
+    cost = SumOfSquares.of(problem)
     found = minimise(
-        problem, x, iterations=most, tolerance=0.0, relative=1e-4, tell=lambda calls, _: tell(calls / most, "")
+        cost, x, iterations=most, tolerance=0.0, relative=1e-4, tell=lambda calls, _: tell(calls / most, "")
     ).x
     return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
 

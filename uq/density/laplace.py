@@ -2,8 +2,9 @@
 
 Each round of the climb to the mode
 
-1. linearises the initial states and the scatter columns at the present point,
-2. climbs in the free parameters by Gauss–Newton steps with Levenberg–Marquardt damping,
+1. linearises the initial states and the scatter columns at the present point, and moves the initial states to their
+   conditional means,
+2. climbs in the free parameters by the Levenberg–Marquardt steps of the fits,
 3. climbs in the noise parameters by Nelder–Mead, which needs no further simulation,
 
 until a round changes the log posterior by less than `THRESHOLDS.largest_last_change_of_log_posterior`. The ensembles
@@ -13,19 +14,23 @@ start from the approximation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.optimize import minimize
 
+from haptid.identification.optimise.levenberg_marquardt import Trial, minimise
+from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array
 from haptid.support.errors import NumericalError
+from haptid.support.linear_algebra import root_of_inverse
 from haptid.uq.density.density import Density
 from haptid.uq.density.normal_equations import expand
 from haptid.uq.thresholds import THRESHOLDS
 
-DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0])
-"""Levenberg–Marquardt damping factors that are tried side by side."""
+ORDERING_MARGIN = 1e-4
+"""Least difference of the coordinates of two ordered parameters [1]: the density is 0 beyond equality."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,8 +60,8 @@ class Laplace:
         return np.asarray(np.linalg.cholesky(self.covariance), dtype=np.float64)
 
 
-def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 20, steps: int = 8) -> Laplace:
-    """Climb from η to the mode: Gauss–Newton in the parameters and Nelder–Mead in the noise model, in turns.
+def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 20, steps: int = 24) -> Laplace:
+    """Climb from η to the mode: Levenberg–Marquardt in the parameters and Nelder–Mead in the noise model, in turns.
 
     Parameters
     ----------
@@ -67,7 +72,7 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     eta
         Start, shape (n,).
     rounds, steps
-        Most rounds, and most Gauss–Newton steps in a round.
+        Most rounds, and most points that Levenberg–Marquardt tries in a round.
 
     Returns
     -------
@@ -81,9 +86,8 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     """
     best = -np.inf
     for _ in range(rounds):
-        density = density.linearise(simulator, eta)
-        density, eta = _climb_parameters(density, simulator, eta, steps)
-        eta = _climb_noise(density, eta)
+        density = expand(density.linearise(simulator, eta), simulator, eta).density
+        eta = _climb_noise(density, _climb_parameters(density, simulator, eta, steps))
         value = float(density(eta)[0])
         if abs(value - best) < THRESHOLDS.largest_last_change_of_log_posterior:
             break
@@ -96,49 +100,53 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     return Laplace(eta=eta, covariance=covariance(density, simulator, eta), density=density, log_density=value)
 
 
-def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps: int) -> tuple[Density, Array]:
-    n = len(density.coordinates.free)
-    for _ in range(steps):
-        at = expand(density, simulator, eta)
-        density = at.density
-        prior_gradient, prior_curvature = _prior_slopes(density, eta)
-        H, g = at.information + np.diag(prior_curvature[:n]), at.gradient + prior_gradient[:n]
-        now = float(density(eta)[0])
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Cost:
+    """−2·log posterior over the free parameters s (n_free,), with the noise parameters of η; satisfies `Cost`."""
+
+    density: Density
+    simulator: Simulator
+    eta: Array
+
+    def with_parameters(self, s: Array) -> Array:
+        """Return η with the free parameters s."""
+        return np.concatenate([s, self.eta[s.size :]])
+
+    def at(self, s: Array) -> Trial:
+        cost = -2.0 * float(self.density(self.with_parameters(s))[0])
+        return Trial(cost=cost, excess=0.0, triangle=partial(self._triangle, s))
+
+    def _triangle(self, s: Array) -> tuple[Array, Array]:
+        eta, n = self.with_parameters(s), s.size
+        likelihood = expand(self.density, self.simulator, eta)
+        prior_gradient, prior_curvature = _prior_slopes(self.density, eta)
+        H = likelihood.information + np.diag(prior_curvature[:n])
+        g = likelihood.gradient + prior_gradient[:n]
         if not (np.isfinite(H).all() and np.isfinite(g).all()):
-            break
-        # All dampings at once: the simulations of many parameter sets run together.
-        trials = _project(density, np.array([_step(eta, H, g, damping) for damping in DAMPINGS]))
-        values = density(trials)
-        k = int(np.argmax(values))
-        if not values[k] > now:
-            break
-        eta = trials[k]
-        if values[k] - now < THRESHOLDS.largest_last_change_of_log_posterior:
-            break
-    return density, eta
+            return np.zeros((n, n)), np.zeros(n)  # predicts no decrease: the climb ends here
+        root = root_of_inverse(H)
+        return triangle(np.asarray(np.linalg.inv(root), dtype=np.float64), -root.T @ g)
+
+    def constraints(self, s: Array) -> tuple[Array, Array]:
+        parametrisation = self.density.coordinates.parametrisation
+        A, b = parametrisation.constraints()
+        b[len(b) - len(parametrisation.orderings()[1]) :] += ORDERING_MARGIN
+        return A, np.minimum(b - A @ s, 0.0)
+
+    def move(self, s: Array, d: Array) -> Array:
+        """Return s + d, slightly inside the bounds, beyond which rounding would make the density 0."""
+        lower, upper = self.density.coordinates.parametrisation.bounds
+        room = np.minimum(1e-6 * (upper - lower), 1e-6)
+        return np.clip(s + d, lower + room, upper - room)
 
 
-def _step(eta: Array, H: Array, g: Array, damping: float) -> Array:
-    out = eta.copy()
-    diagonal = np.diag(H)
-    floor = 1e-12 * diagonal.max()  # a parameter without influence makes H singular
-    out[: g.size] += np.linalg.lstsq(H + np.diag(damping * diagonal + floor), g, rcond=None)[0]
-    return out
-
-
-def _project(density: Density, eta: Array) -> Array:
-    """Move trials (n_sets, n) slightly inside bounds and orderings."""
-    coordinates = density.coordinates
-    lower, upper = coordinates.bounds()
-    room = np.minimum(1e-6 * (upper - lower), 1e-6)
-    eta = np.clip(eta, lower + room, upper - room)
-    ids = [q.id for q in coordinates.free]
-    values = coordinates.values(eta)
-    for greater, smaller in density.equations.orderings:
-        if greater in ids and smaller in ids:
-            a, b = ids.index(greater), ids.index(smaller)
-            values[:, a] = np.maximum(values[:, a], values[:, b] * (1 + 1e-4))
-    return coordinates.inverse(values)
+def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps: int) -> Array:
+    """Return η (n,) with the free parameters of largest posterior density for its noise parameters."""
+    cost = _Cost(density=density, simulator=simulator, eta=eta)
+    parametrisation = density.coordinates.parametrisation
+    start = parametrisation.put_in_order(eta[: len(parametrisation.free)], ORDERING_MARGIN)
+    start = cost.move(start, np.zeros_like(start))
+    return cost.with_parameters(minimise(cost, start, iterations=steps).x)
 
 
 def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:

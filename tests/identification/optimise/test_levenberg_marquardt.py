@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptid.identification.optimise.levenberg_marquardt import minimise, triangle_by_runs
+from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise, triangle_by_runs
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.residuals import Blocks
 from haptid.identification.thresholds import THRESHOLDS
@@ -53,7 +53,7 @@ def test_along_a_valley_where_damped_steps_promise_little_the_minimum_is_reached
     along, across = np.array([1.0, 1.0]) / np.sqrt(2), np.array([1.0, -1.0]) / np.sqrt(2)
     J = np.array([1e4 * along, 1.0 * across])
     problem = _of(lambda x: J @ x - np.array([0.0, 8.0]), lambda _x: J, [])
-    found = minimise(problem, np.zeros(2), tolerance=1.0)
+    found = minimise(SumOfSquares.of(problem), np.zeros(2), tolerance=1.0)
     assert found.cost < 0.01
     assert found.converged
     assert found.calls < 6
@@ -75,8 +75,8 @@ def test_far_from_noise_a_fit_ends_where_it_gains_no_share_of_what_is_left():
     near, steps_near = curved(0.0)
     far, steps_far = curved(1e8)
     start = np.array([-1.2, 1.0])
-    assert minimise(near, start, tolerance=1e-3).x == pytest.approx([1.0, 1.0], abs=1e-2)
-    found = minimise(far, start, tolerance=1e-3)
+    assert minimise(SumOfSquares.of(near), start, tolerance=1e-3).x == pytest.approx([1.0, 1.0], abs=1e-2)
+    found = minimise(SumOfSquares.of(far), start, tolerance=1e-3)
     assert found.converged
     assert len(steps_far) < len(steps_near) / 2
     assert found.cost - 1e8 < 1e-3 * 1e8 / THRESHOLDS.excess_cost_at_full_tolerance * len(steps_far) + 9.0 * 2.2**2

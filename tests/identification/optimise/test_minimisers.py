@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 
 from haptid.identification.optimise import homotopy
 from haptid.identification.optimise.homotopy import descend, feasible, is_near_the_data
-from haptid.identification.optimise.levenberg_marquardt import cost_of, minimise
+from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, cost_of, minimise
 from haptid.identification.optimise.slsqp import slsqp
 from haptid.identification.problem.bounded_lsq import step_within, triangle
 from haptid.identification.problem.options import FitOptions
@@ -72,7 +72,7 @@ def test_methods_agree_on_the_minimum():
     x[: p.n_parameters] = p.parametrisation.to_coordinates(
         np.array([TRUE.get(q.id, q.initial) for q in equations().parameters])
     )
-    a = minimise(p, x, iterations=60, tolerance=0.0, relative=1e-10)
+    a = minimise(SumOfSquares.of(p), x, iterations=60, tolerance=0.0, relative=1e-10)
     b = slsqp(p, x, iterations=120, tolerance=1e-10)
     assert b.cost == pytest.approx(a.cost, rel=1e-5)
     # At the minimum the gradient vanishes: no first-order change of the cost is left in any direction.
