@@ -239,10 +239,8 @@ class Thresholds:
     """Number of rows in presliding, or in gross sliding [1], below which a warning is given."""
 
     # Profile likelihood: how far an end of an interval is followed.
-    most_steps_of_profile: int = 12
-    """Largest number of Gauss-Newton steps of a fit with one parameter held [1]."""
-    most_step_lengths_of_profile: int = 6
-    """Largest number of lengths that are tried for each of these steps, each half the one before [1]."""
+    most_simulations_of_profile: int = 24
+    """Largest number of simulations of all runs of a fit with one parameter held."""
     most_distances_of_profile: int = 10
     """Largest number of distances that are tried for each end of an interval [1]."""
     largest_error_of_root_rise: float = 0.01

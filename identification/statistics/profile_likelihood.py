@@ -6,19 +6,20 @@ factor f = V_kk/(H⁻¹)_kk, sandwich over plain curvature, accounts for time we
 not.
 
 1. Start 1.96 standard deviations from the minimum, along the direction in which a quadratic C would be lowest.
-2. Minimise C over the other unknowns (`fit_pinned`).
+2. Minimise C over the other unknowns by Levenberg–Marquardt (`fit_pinned`).
 3. Scale the distance by the root of the wanted over the found rise of C, and repeat until both agree.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import chi2
 
-from haptid.identification.optimise.levenberg_marquardt import cost_of
-from haptid.identification.problem.bounded_lsq import step_within, triangle
+from haptid.identification.optimise.levenberg_marquardt import Trial, cost_of, minimise, triangle_by_runs
+from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.result.fit import Interval
 from haptid.identification.statistics.covariance import Curvature
@@ -27,8 +28,6 @@ from haptid.measurement.values.run import Array
 
 LEVEL = float(chi2.ppf(0.95, 1))
 """95 % quantile of χ² with one degree of freedom [squares over the noise]."""
-RIDGE_OVER_COLUMN_NORM = 1e-9
-"""Ridge of a Gauss-Newton step, as a share of the norm of the Jacobian's column."""
 
 
 def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]:
@@ -106,8 +105,37 @@ class _Walk:
         return None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Pinned:
+    """The cost ‖r‖² over all unknowns but the one at ``k``, which keeps its value in x (n,); satisfies `Cost`."""
+
+    problem: Problem
+    x: Array
+    k: int
+
+    def with_others(self, others: Array) -> Array:
+        """Return all unknowns (n,) of the others (n − 1,)."""
+        return np.insert(others, self.k, self.x[self.k])
+
+    def at(self, others: Array) -> Trial:
+        blocks = self.problem.blocks(self.with_others(others))
+        return Trial(cost=cost_of(blocks), excess=0.0, triangle=partial(self._triangle, blocks))
+
+    def _triangle(self, blocks: Blocks) -> tuple[Array, Array]:
+        R, c = triangle_by_runs(blocks)
+        return triangle(np.delete(R, self.k, axis=1), -c)
+
+    def constraints(self, others: Array) -> tuple[Array, Array]:
+        A, b = self.problem.constraints()
+        return np.delete(A, self.k, axis=1), np.minimum(b - A @ self.with_others(others), 0.0)
+
+    def move(self, others: Array, d: Array) -> Array:
+        # Straight: along the valley of a spring the unknown that is held could move with another.
+        return others + d
+
+
 def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
-    """Minimise ‖r‖² over all unknowns but one, by Gauss-Newton steps that are halved until the cost falls.
+    """Minimise ‖r‖² over all unknowns but one.
 
     Parameters
     ----------
@@ -125,34 +153,10 @@ def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
     cost : float
         ‖r‖² there [squares over the noise]; infinite where the first simulation is not finite.
     """
-    others = np.delete(np.arange(x.size), k)
-    A, b = problem.constraints()
-    x = _within(problem, x, k)
-    blocks = problem.blocks(x)
-    cost = cost_of(blocks)
-    for _ in range(THRESHOLDS.most_steps_of_profile):
-        if not np.isfinite(cost):
-            return x, cost
-        J = blocks.jacobian[:, others]
-        # A direction that the data do not see would make R singular, which `step_within` cannot solve.
-        ridge = RIDGE_OVER_COLUMN_NORM * np.diag(np.maximum(np.linalg.norm(J, axis=0), 1e-12))
-        R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
-        step = np.zeros(x.size)
-        step[others] = step_within(R, c, A[:, others], b - A @ x)
-        x, blocks, new = _halve_step(problem, x, step, cost)
-        gained, cost = cost - new, new
-        if gained < 1e-3:
-            break
-    return x, cost
-
-
-def _halve_step(problem: Problem, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
-    for n in range(THRESHOLDS.most_step_lengths_of_profile):
-        blocks = problem.blocks(x + step / 2**n)
-        new = cost_of(blocks)
-        if new < cost:
-            return x + step / 2**n, blocks, new
-    return x, problem.blocks(x), cost
+    pinned = _Pinned(problem=problem, x=_within(problem, x, k), k=k)
+    most = THRESHOLDS.most_simulations_of_profile
+    best = minimise(pinned, np.delete(pinned.x, k), iterations=most, tolerance=1e-3, damping=THRESHOLDS.least_damping)
+    return pinned.with_others(best.x), best.cost
 
 
 def _within(problem: Problem, x: Array, k: int) -> Array:
