@@ -103,11 +103,13 @@ def independent_columns(A: Array) -> Array:
     Returns
     -------
     ndarray of bool, shape (n,)
-        False where less than `THRESHOLDS.least_new_part_of_column` of a column is new.
+        False where less than `THRESHOLDS.least_new_part_of_column` of a column is new, and beyond the first n_rows.
     """
     size = np.linalg.norm(A, axis=0)
-    R = np.linalg.qr(A / np.where(size > 0, size, 1.0), mode="r")
-    return np.asarray((np.abs(np.diag(R)) > THRESHOLDS.least_new_part_of_column) & (size > 0))
+    new = np.abs(np.diag(np.linalg.qr(A / np.where(size > 0, size, 1.0), mode="r")))
+    # R has as many rows as A where these are fewer than the columns.
+    new = np.pad(new, (0, size.size - new.size))
+    return np.asarray((new > THRESHOLDS.least_new_part_of_column) & (size > 0))
 
 
 def correlation_length(residual: Array) -> float:

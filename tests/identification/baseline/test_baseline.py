@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from haptid.identification.baseline.baseline import Baseline, fit_baseline
 from haptid.identification.baseline.compared import compare
 from haptid.identification.baseline.figures import figures_of, torque_residual
-from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
+from haptid.identification.baseline.least_squares import LeastSquares, independent_columns, weighted_least_squares
 from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
@@ -223,6 +223,11 @@ def test_a_column_that_others_explain_is_left_out():
     found = weighted_least_squares([W], [W @ np.array([1.0, 2.0, 0.0])], np.zeros(3, dtype=bool))
     assert found.theta == pytest.approx([1.0, 2.0, 0.0])
     assert np.isnan(found.std[2])
+
+
+def test_of_more_columns_than_rows_the_first_are_independent():
+    A = np.random.default_rng(0).standard_normal((3, 5))
+    assert independent_columns(A).tolist() == [True, True, True, False, False]
 
 
 def test_noise_in_blocks_widens_the_standard_deviation():
