@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -115,6 +115,38 @@ def profile_out(information: Array, places: Sequence[int]) -> Array:
     left = root[:, kept] - taken @ (taken.T @ root[:, kept])
     left = left * size[kept]
     return np.asarray(left.T @ left)
+
+
+def rms(values: ArrayLike) -> float:
+    """Return the root mean square.
+
+    Parameters
+    ----------
+    values
+        Numbers in any unit, of any shape.
+
+    Returns
+    -------
+    float
+        In the unit of ``values``; NaN for none.
+    """
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def column_rms(values: ArrayLike) -> Array:
+    """Return the root mean square of every column.
+
+    Parameters
+    ----------
+    values
+        Numbers in any unit, shape (n, …).
+
+    Returns
+    -------
+    ndarray, shape (…)
+        In the unit of ``values``.
+    """
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
 def column_sizes(jacobian: Array) -> Array:

@@ -33,6 +33,7 @@ from haptid.fmu_build.exchange.discrepancy_json import VERDICTS
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
+from haptid.support.linear_algebra import rms
 from haptid.support.listener import Progress
 from haptid.support.processes.threads import on_one_thread
 
@@ -255,12 +256,8 @@ def _gap(
     if refitted is not None:
         scores = {s.file: s.rmse_rad for s in refitted.runs}
         final = [scores.get(run.file, a) for run, a in zip(runs, after.rms, strict=True)]
-    noise = _rms([run.sensor_std for run in runs])
-    return Gap(before=_rms(before.rms), after=_rms(final), noise=noise, beside=beside)
-
-
-def _rms(values: Any) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+    noise = rms([run.sensor_std for run in runs])
+    return Gap(before=rms(before.rms), after=rms(final), noise=noise, beside=beside)
 
 
 def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, under_own_noise
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.support.linear_algebra import rms
 from haptid.support.listener import Progress
 from haptid.support.numbers import plain
 from haptid.support.processes.threads import on_one_thread
@@ -108,7 +109,7 @@ class Staged:
     @property
     def _amount(self) -> str:
         left = np.concatenate([(c.run.y[:, 0] - c.before)[c.run.scored] / c.run.sensor_std[0] for c in self.curves])
-        over = plain(float(np.sqrt(np.mean(left**2))), 3)
+        over = plain(rms(left), 3)
         missed = f"the base model misses these runs by {over} times the sensor's noise"
         return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.gap else f"No gap is seen: {missed}."
 

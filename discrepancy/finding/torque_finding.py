@@ -22,7 +22,7 @@ from haptid.discrepancy.finding.accuracy import Origin, of_torque_fit
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_controller
-from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.study import TorqueStudy
@@ -38,6 +38,7 @@ from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect, id_of
+from haptid.support.linear_algebra import rms
 from haptid.support.listener import Progress
 from haptid.support.numbers import with_prefix
 from haptid.support.processes.threads import on_one_thread
@@ -255,7 +256,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     if not study.repeats:
         known = {key: effect for key, effect in known.items() if effect.lives_in != "time"}
     found = search_torque(study, known, starts=starts, seed=seed, tell=tell)
-    noise = float(np.sqrt(np.mean([run.sensor_std[0] ** 2 for run in study.runs])))
+    noise = rms([run.sensor_std[0] for run in study.runs])
     base, final = found.base, found.final
     energy = _maps(study, found)
     tell("closed loop")

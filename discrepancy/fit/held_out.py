@@ -22,6 +22,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour, Noise
+from haptid.support.linear_algebra import rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +115,6 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     chi2 = float(found.residual @ found.residual)
     y = tuple(simulator.simulate(theta, run, x0=start).y for run, start in zip(runs, x0, strict=True))
     left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
-    rms = tuple(float(np.sqrt(np.mean(e**2))) for e in left)
     rows = sum(scored_rows(run) for run in runs)
     # A model discrepancy can be mistaken for correlated noise; against the stated white noise it shows as excess.
     stated, excess = model.but(colour=Colour()), 0.0
@@ -125,7 +125,7 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
         at = with_starts(problem_stated, np.zeros(problem_stated.size), x0)
         excess = _excess(runs, problem_stated.blocks(at, jacobian=False).rows)
     score = -0.5 * (chi2 + problem.log_determinant)
-    return Prediction(score=score, rms=rms, y=y, chi2=chi2, rows=rows, excess=excess)
+    return Prediction(score=score, rms=tuple(map(rms, left)), y=y, chi2=chi2, rows=rows, excess=excess)
 
 
 def _excess(runs: Sequence[Run], whitened: Sequence[Array]) -> float:

@@ -16,13 +16,14 @@ import numpy as np
 
 from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.identification.optimise.homotopy import follow_gains
 from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array, Run
+from haptid.support.linear_algebra import rms
 from haptid.support.processes.threads import map_threads
 
 

@@ -22,6 +22,7 @@ from haptid.model.equations.drive import Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.drive_terms import drive_quantities
+from haptid.support.linear_algebra import rms
 
 OF_RIGID_BODY = ("inertia", "gravity_cos", "gravity_sin")
 """Parameters each of which sets the scale of the torque where it is known."""
@@ -84,14 +85,14 @@ class KnownDrive:
             max(float(one.noise[0]), gain * self._noise_through_controller(run))
             for run, one in zip(runs, turned, strict=True)
         ]
-        noise = float(np.sqrt(np.mean(np.square(largest))))
+        noise = rms(largest)
         return tuple(one.but(noise=np.array([noise])) for one in turned)
 
     def _noise_through_controller(self, run: Run) -> float:
         """Return how the torque changes with an error of the position of one standard deviation [N m], RMS."""
         error = run.sensor_std
         above, below = (self.torque_of(run.but(y=run.y + sign * error)).u for sign in (0.5, -0.5))
-        return float(np.sqrt(np.mean((above - below) ** 2)))
+        return rms(above - below)
 
     def rigid(self, equations: Equations, *, prismatic: bool) -> Equations:
         """Return the equations of the same joint with the torque as input.

@@ -21,7 +21,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 from haptid.model.friction.registry import law_named
 from haptid.support.errors import NumericalError
-from haptid.support.linear_algebra import scaled_covariance
+from haptid.support.linear_algebra import rms, scaled_covariance
 from haptid.support.processes.threads import map_threads
 
 
@@ -150,22 +150,6 @@ def descend_from_all(
         thetas,
         threads=threads,
     )
-
-
-def rms(values: Array) -> float:
-    """Return the root mean square.
-
-    Parameters
-    ----------
-    values
-        Values in any unit and shape.
-
-    Returns
-    -------
-    float
-        In the unit of ``values``; NaN for none.
-    """
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:

@@ -11,11 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.signals import repeats
 from haptid.measurement.thresholds import THRESHOLDS as THRESHOLDS_OF_CELLS
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import rms
 
 
 def floor_of(model: TorqueFit) -> float | None:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque_search.stretches import gain_of
+from haptid.support.linear_algebra import rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

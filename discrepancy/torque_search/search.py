@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal, rms
+from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
 from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
@@ -27,6 +27,7 @@ from haptid.discrepancy.torque_search.rivals import Rival, find_rivals
 from haptid.discrepancy.torque_search.scan import Promise, promises
 from haptid.model.effects.effect import Effect, id_of
 from haptid.support.errors import NumericalError
+from haptid.support.linear_algebra import rms
 from haptid.support.listener import Progress
 from haptid.support.processes.threads import map_threads
 

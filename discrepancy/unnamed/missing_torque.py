@@ -32,7 +32,7 @@ from haptid.discrepancy.unnamed.surface import Axis, Surface
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.noise.correlation import Noise
-from haptid.support.linear_algebra import scaled_covariance
+from haptid.support.linear_algebra import rms, scaled_covariance
 from haptid.support.processes.threads import map_threads
 
 MOTION = {"position_rad", "velocity_rad_s"}
@@ -213,7 +213,7 @@ def _rms_over_noise(study: Study, solution: Solution) -> float:
     runs = study.unseen or study.fitted
     each = zip(runs, predict(study, solution, runs).y, strict=True)
     left = np.concatenate([((run.y - y) / run.sensor_std)[run.scored].ravel() for run, y in each])
-    return float(np.sqrt(np.mean(left**2)))
+    return rms(left)
 
 
 def covariance_of(solution: Solution, place: Sequence[int]) -> Array:

@@ -23,6 +23,7 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion, common_wi
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
+from haptid.support.linear_algebra import column_rms
 from haptid.support.processes.threads import on_one_thread
 
 
@@ -249,5 +250,5 @@ def moving_rows(motion: FilteredMotion) -> NDArray[np.bool_]:
     ndarray of bool, shape (n_t, n_joints)
         True where the speed is above `THRESHOLDS.largest_rest_speed_over_rms_speed` times the joint's RMS speed.
     """
-    rms = np.sqrt(np.mean(motion.v**2, axis=0))
+    rms = column_rms(motion.v)
     return np.asarray(np.abs(motion.v) > THRESHOLDS.largest_rest_speed_over_rms_speed * rms)

@@ -33,6 +33,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.signals.smoothing import convolve_gaussian
 from haptid.measurement.values.run import Array, Run
+from haptid.support.linear_algebra import column_rms, rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,7 +163,7 @@ def _fit_delay(rows: Sequence[_Rows], limit: float) -> _DelayFit:
     delay, weights = 0.0, [np.ones(one.moving.shape[1]) for one in rows]
     for _ in range(THRESHOLDS.weighted_solutions):
         # The weights are those of the residual before, as in the plain model's own least squares.
-        weights = [1.0 / np.maximum(_rms(e), np.finfo(float).tiny) for e in _residuals(rows, weights, delay)]
+        weights = [1.0 / np.maximum(column_rms(e), np.finfo(float).tiny) for e in _residuals(rows, weights, delay)]
         delay = _minimise(rows, weights, limit)
     residuals = _residuals(rows, weights, delay)
     sloped = [one.columns_with_slope(delay) for one in rows]
@@ -189,8 +190,8 @@ def bracket(motions: Sequence[FilteredMotion]) -> float:
     """
     times = []
     for k in range(motions[0].q.shape[1]):
-        speed = np.sqrt(np.mean(np.concatenate([m.v[m.interior, k] for m in motions]) ** 2))
-        acceleration = np.sqrt(np.mean(np.concatenate([m.a[m.interior, k] for m in motions]) ** 2))
+        speed = rms(np.concatenate([m.v[m.interior, k] for m in motions]))
+        acceleration = rms(np.concatenate([m.a[m.interior, k] for m in motions]))
         times.append(speed / max(float(acceleration), np.finfo(float).tiny))
     ends = min(float(m.t[m.edge]) for m in motions)
     return min(THRESHOLDS.largest_delay_over_time_of_speed * float(min(times)), ends)
@@ -329,7 +330,3 @@ def _held_out_energies(
 def _stack(columns: Sequence[Array], weights: Sequence[Array]) -> Array:
     """Return all weighted rows below each other, shape (n_rows, n_columns)."""
     return np.concatenate([(W * w[:, None]).reshape(-1, W.shape[2]) for W, w in zip(columns, weights, strict=True)])
-
-
-def _rms(residual: Array) -> Array:
-    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))

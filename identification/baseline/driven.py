@@ -22,6 +22,7 @@ from haptid.model.equations.drive import Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.drive_terms import drive_quantities, torque_along
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.linear_algebra import column_rms
 
 
 def compare_driven(
@@ -133,4 +134,4 @@ def with_torque(run: Run, drive: Drive, values: dict[str, float]) -> Run:
 
 def _closed_rmse(simulator: KernelSimulator, theta: Array, run: Run) -> Array:
     y = simulator.simulate(theta, run).y[run.scored, :1]
-    return np.sqrt(np.mean((run.y[run.scored] - y) ** 2, axis=0))
+    return column_rms(run.y[run.scored] - y)

@@ -24,6 +24,7 @@ from haptid.identification.simulators.protocol import initial_state
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array, Run
+from haptid.support.linear_algebra import column_rms
 
 HORIZONS_S = (0.1, 1.0, 10.0)
 """Lengths of the simulations from the measured state [s]."""
@@ -189,15 +190,15 @@ def figures_of(
     """
     states = states or motion
     torque = motion.through_filter(motion.with_delay(model.delay).torque)
-    size = np.sqrt(np.mean(torque[motion.interior] ** 2, axis=0))
-    torque_rmse = np.sqrt(np.mean(error**2, axis=0))
+    size = column_rms(torque[motion.interior])
+    torque_rmse = column_rms(error)
     driven = model.driving(run)
     length = run.t[-1] - run.t[run.score_from]
     moves = model.baseline is None or model.baseline.has_positive_masses(motion)
     nothing = np.full(run.y.shape[1], np.nan)
     lengths = [h for h in HORIZONS_S if length > h]
     return Figures(
-        free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, states)) if moves else nothing,
+        free_rmse=column_rms(run.y[run.score_from :] - simulate_freely(model, run, states)) if moves else nothing,
         torque_rmse=torque_rmse,
         torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
         horizon_rmse={f"{h:g}": _horizon(model, driven, states, h) if moves else nothing for h in lengths},
@@ -287,8 +288,4 @@ def _horizon(model: Model, run: Run, motion: FilteredMotion, horizon: float) -> 
         end = int(np.searchsorted(t, t[row] + horizon, side="right"))
         y, _ = model.simulator.onward(model.theta, run, slice(row, end), states.at(row))
         errors.append(run.y[row + 1 : end] - y[1:, : run.y.shape[1]])
-    return _rms(np.concatenate(errors)) if errors else np.full(run.y.shape[1], np.nan)
-
-
-def _rms(error: Array) -> Array:
-    return np.sqrt(np.mean(error**2, axis=0))
+    return column_rms(np.concatenate(errors)) if errors else np.full(run.y.shape[1], np.nan)

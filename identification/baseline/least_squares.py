@@ -18,6 +18,7 @@ from scipy.optimize import lsq_linear
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import column_rms, rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +67,7 @@ def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], n
         b = np.concatenate([(tau * w).ravel() for tau, w in zip(torques, weights, strict=True)])
         theta = _solve(A, b, nonnegative[kept])
         residuals = [tau - W @ theta for W, tau in zip(used, torques, strict=True)]
-        weights = [1.0 / np.maximum(np.sqrt(np.mean(e**2, axis=0)), 1e-9 * _rms(b)) for e in residuals]
+        weights = [1.0 / np.maximum(column_rms(e), 1e-9 * _rms(b)) for e in residuals]
     full, covariance = np.zeros(kept.size), np.full((kept.size, kept.size), np.nan)
     full[kept] = theta
     inside = ~nonnegative[kept] | (theta > 0)
@@ -89,7 +90,7 @@ def _solve(A: Array, b: Array, nonnegative: Array) -> Array:
 
 
 def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) or 1.0
+    return rms(values) or 1.0
 
 
 def independent_columns(A: Array) -> Array:

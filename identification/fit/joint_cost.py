@@ -27,7 +27,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.friction.registry import law_named
-from haptid.support.linear_algebra import inverse
+from haptid.support.linear_algebra import inverse, rms
 
 RIGID = ("inertia", "gravity_cos", "gravity_sin", "Ks")
 """Parameters of the joint, besides friction, that the position may move."""
@@ -82,7 +82,7 @@ def move_by_position(found: Fit, simulator: Simulator, runs: Sequence[Run], dela
     theta, held = found.theta.copy(), found.theta[columns]
     errors, slopes = _simulate(simulator, theta, driven, columns)
     motion = np.sqrt(np.mean([np.var(run.y) for run in driven]))
-    size = _rms(errors)
+    size = rms(np.concatenate(errors))
     if not size <= THRESHOLDS.largest_free_residual_over_motion * motion:
         return None
     weights = [1.0 / (correlation_length(e) * size**2) for e in errors]
@@ -107,7 +107,7 @@ def move_by_position(found: Fit, simulator: Simulator, runs: Sequence[Run], dela
         theta, errors, slopes, cost = trial, again, their_slopes, new
         if decrease < THRESHOLDS.least_decrease_of_joint_cost:
             break
-    after = _rms(errors)
+    after = rms(np.concatenate(errors))
     return Moved(theta=theta, before=size, after=after) if after < size else None
 
 
@@ -140,7 +140,3 @@ def _moved(found: Fit, theta: Array, columns: Sequence[int], step: Array) -> Arr
     # Stiction may have ended at its bound; Coulomb friction is never above it.
     trial[coulomb] = min(trial[coulomb], trial[stiction])
     return trial
-
-
-def _rms(errors: Sequence[Array]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(list(errors)) ** 2)))

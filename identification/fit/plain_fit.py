@@ -21,6 +21,7 @@ from haptid.identification.statistics.identifiability import felt_sizes, known_s
 from haptid.identification.statistics.score import score_of
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
+from haptid.support.linear_algebra import rms
 
 
 def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequence[Run]) -> Fit:
@@ -62,7 +63,7 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
     free = tuple(names[baseline.regressor.ids[k]] for k in chosen)
     x0 = {run.file: initial_state(equations, run) for run in used}
     scores = tuple(_score(simulator, theta, run, x0[run.file]) for run in used)
-    over_noise = float(np.sqrt(np.mean([s.over_noise**2 for s in scores if s.use == "fit"])))
+    over_noise = rms([s.over_noise for s in scores if s.use == "fit"])
     return found.but(
         equations=_widen_to_hold(equations, theta),
         theta=theta,

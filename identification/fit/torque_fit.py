@@ -32,6 +32,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal
 from haptid.model.friction.registry import law_named
+from haptid.support.linear_algebra import rms
 
 
 def fit_torque(
@@ -161,10 +162,10 @@ def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:
     for one in found.runs:
         run = scored[one.file, one.use]
         unit = unit_for("N m", run.prismatic)
-        rms = float(np.sqrt(np.mean(run.y[run.scored] ** 2)))
+        size = rms(run.y[run.scored])
         close = "at" if one.over_noise <= FitOptions().tolerance else f"{one.over_noise:.1f} times"
         told.append(
-            f"{run.file} ({one.use}): residual torque {one.rmse_rad:.3g} {unit} RMS, {one.rmse_rad / rms:.1%} of "
+            f"{run.file} ({one.use}): residual torque {one.rmse_rad:.3g} {unit} RMS, {one.rmse_rad / size:.1%} of "
             f"the torque's RMS and {close} its white noise ({float(run.sensor_std[0]):.2g} {unit})"
         )
     return told

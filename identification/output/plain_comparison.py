@@ -9,8 +9,8 @@ from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
-from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
+from haptid.support.linear_algebra import column_rms
 from haptid.support.numbers import plain, with_prefix
 
 
@@ -90,19 +90,14 @@ def tell_delay(step: Step) -> str | None:
 
 
 def _percentages(figures: list[Figures]) -> str:
-    shares = _over_runs([one.torque_error for one in figures])
+    shares = column_rms([one.torque_error for one in figures])
     return "/".join(plain(100 * share) for share in shares) + " %"
 
 
 def _positions(figures: list[Figures], prismatic: tuple[bool, ...]) -> str:
-    positions = _over_runs([one.free_rmse for one in figures])
+    positions = column_rms([one.free_rmse for one in figures])
     told = [tell_size(x, unit_for("rad", [slides])) for x, slides in zip(positions, prismatic, strict=True)]
     return "/".join(told)
-
-
-def _over_runs(values: list[Array]) -> Array:
-    """Return the root mean square over runs, shape (n_joints,)."""
-    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
 def tell_size(value: float, unit: str) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from haptid.identification.result.outcome import Outcome
 from haptid.measurement.values.run import Array, freeze
 from haptid.model.equations.equations import Equations
+from haptid.support.linear_algebra import rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +45,7 @@ class RunScore:
     @property
     def rmse_rad(self) -> float:
         """RMS over all joints [rad]."""
-        return float(np.sqrt(np.mean(self.rmse**2)))
+        return rms(self.rmse)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ from haptid.identification.result.fit import RunScore
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.support.linear_algebra import column_rms, rms
 
 
 class HasTheta(Protocol):
@@ -166,12 +167,12 @@ def score_of(run: Run, r: Array, x0: Array) -> RunScore:
     -------
     RunScore
     """
-    rmse = np.sqrt(np.mean(r**2, axis=0))
+    rmse = column_rms(r)
     return RunScore(
         file=run.file,
         use=run.use,
         rmse=rmse,
-        over_noise=float(np.sqrt(np.mean((r / run.sensor_std) ** 2))),
+        over_noise=rms(r / run.sensor_std),
         nrmse=float(np.max(rmse / np.maximum(np.ptp(run.y, axis=0), 1e-300))),
         x0=x0,
     )

@@ -28,6 +28,7 @@ from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
+from haptid.support.linear_algebra import column_rms, rms
 from haptid.support.processes.threads import map_threads
 
 
@@ -113,18 +114,18 @@ def _check(run: Run, mode: Mode, positions: Sequence[Array], torque: Array) -> R
     simulated, drawn = positions[0], [y for y in positions[1:] if np.isfinite(y).all()]
     # One draw has no standard deviation: the spread is then unknown, not 0.
     spread = np.std(drawn, axis=0, ddof=1) if len(drawn) > 1 else np.full_like(run.y, np.nan)
-    rms = np.sqrt(np.mean((run.y - simulated) ** 2, axis=0))
-    torque_rms = np.sqrt(np.mean((run.u - torque) ** 2, axis=0))
+    rmse = column_rms(run.y - simulated)
+    torque_difference = column_rms(run.u - torque)
     joints = tuple(
         JointCheck(
             joint=joint,
             prismatic=run.prismatic[i],
-            rmse_rad=float(rms[i]),
-            rmse_over_noise=float(rms[i] / run.sensor_std[i]),
-            nrmse=float(rms[i] / max(float(np.ptp(run.y[:, i])), 1e-300)),
-            torque_difference_Nm=float(torque_rms[i]),
-            torque_rms_Nm=float(np.sqrt(np.mean(run.u[:, i] ** 2))),
-            spread_rad=float(np.sqrt(np.mean(spread[:, i] ** 2))),
+            rmse_rad=float(rmse[i]),
+            rmse_over_noise=float(rmse[i] / run.sensor_std[i]),
+            nrmse=float(rmse[i] / max(float(np.ptp(run.y[:, i])), 1e-300)),
+            torque_difference_Nm=float(torque_difference[i]),
+            torque_rms_Nm=rms(run.u[:, i]),
+            spread_rad=rms(spread[:, i]),
         )
         for i, joint in enumerate(run.free_joints)
     )

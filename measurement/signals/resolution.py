@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import rms
 
 ROUNDING_OVER_RANGE = 1e-9
 """Differences below this share of the range are rounding of binary numbers, not steps."""
@@ -60,7 +61,7 @@ def _refine(steps: Array, offsets: Array, guess: float) -> float:
     misfit = offsets - step * np.round(offsets / step)
     # All offsets share the rounding of the first level; their median takes it out.
     misfit -= np.median(misfit)
-    fits = np.abs(misfit).max() < step / 6 and float(np.sqrt(np.mean(misfit**2))) < step / 12
+    fits = np.abs(misfit).max() < step / 6 and rms(misfit) < step / 12
     return step if fits else 0.0
 
 

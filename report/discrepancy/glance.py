@@ -15,6 +15,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import in_thousandths
 from haptid.report.common.page import Cell, Table
 from haptid.report.common.words import word_of
+from haptid.support.linear_algebra import rms
 from haptid.support.numbers import plain
 
 HEADER = (
@@ -103,7 +104,7 @@ def torque_glance(finding: TorqueFinding) -> Table:
     """
     verdict, found = finding.verdict, finding.search
     gap = next(finding.gaps[name] for name in ("sealed", "validate", "fit") if name in finding.gaps)
-    sizes = [float(np.sqrt(np.mean(residual**2))) for residual in found.final.residual]
+    sizes = [rms(residual) for residual in found.final.residual]
     worst = found.study.runs[int(np.argmax(sizes))].file
     links = [f"joint{found.study.joint}.json"]
     if finding.fmu is not None:

@@ -18,6 +18,7 @@ from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure
 from haptid.report.discrepancy.glance import torque_glance
 from haptid.report.discrepancy.page import write_share
 from haptid.report.discrepancy.where_pictures import localisation_picture
+from haptid.support.linear_algebra import rms
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
@@ -157,7 +158,7 @@ def _rounds(finding: TorqueFinding) -> list[Table]:
             rows=[
                 (
                     c.key, f"{c.bic:.0f}", f"{c.evidence:.0f}",
-                    f"{1e3 * float(np.sqrt(np.mean(c.model.unseen**2))):.2f}", "yes" if c is step.taken else "",
+                    f"{1e3 * rms(c.model.unseen):.2f}", "yes" if c is step.taken else "",
                 )
                 for c in step.candidates
             ],

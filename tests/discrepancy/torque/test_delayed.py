@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
-from haptid.discrepancy.torque.fit import fit_model, rms
+from haptid.discrepancy.torque.fit import fit_model
 from haptid.discrepancy.torque.study import TorqueStudy, torque_study_of
 from haptid.identification.simulators.inverse_dynamics import torque_runs
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.support.linear_algebra import rms
 from tests.identification.plain_joint import plain_run, torque_at
 
 DELAY = 6e-3

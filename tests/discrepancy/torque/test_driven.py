@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_controller
-from haptid.discrepancy.torque.fit import fit_model, rms
+from haptid.discrepancy.torque.fit import fit_model
 from haptid.discrepancy.torque.study import TorqueStudy, torque_study_of
 from haptid.discrepancy.torque_search.candidate import compare_candidates
 from haptid.discrepancy.torque_search.scan import promises
@@ -23,6 +23,7 @@ from haptid.model.effects.scales import Scales
 from haptid.model.equations.drive import Controller, Drive
 from haptid.model.joint.drive_terms import drive_inputs
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.linear_algebra import rms
 
 KEY = "load_dependent_friction:transmitted"
 DRIVE = Drive(kind="duty", controller=Controller(kind="p", gain=0.6, limit=0.9))

@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 
 from haptid import Campaign
-from haptid.discrepancy.torque.fit import fit_model, fit_nominal, rms
+from haptid.discrepancy.torque.fit import fit_model, fit_nominal
 from haptid.discrepancy.torque.study import TorqueStudy, torque_study_of
 from haptid.measurement.checks.preparation import prepare_campaign
+from haptid.support.linear_algebra import rms
 
 INERTIA, WEIGHT, COULOMB, VISCOUS = 0.02, 0.65, 0.08, 0.03
 STEP_S = 2e-4

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.study.study import usable
-from haptid.discrepancy.torque.fit import fit_model, rms
+from haptid.discrepancy.torque.fit import fit_model
 from haptid.discrepancy.torque_search.ripple import find_waves
 from haptid.discrepancy.torque_search.search import search_torque
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import law_named
+from haptid.support.linear_algebra import rms
 from haptid.support.listener import ignore_progress
 from tests.discrepancy.torque.test_torque import sweep
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from fmpy import simulate_fmu
 
 from haptid.discrepancy.run import main
-from haptid.discrepancy.torque.fit import fit_model, rms
+from haptid.discrepancy.torque.fit import fit_model
 from haptid.discrepancy.torque.readable import delays_torque, readable, with_measured_load
 from haptid.discrepancy.torque.rows import alternating
 from haptid.discrepancy.torque.study import TorqueStudy
@@ -24,6 +24,7 @@ from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import TIME
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.linear_algebra import rms
 from tests.real_data import DATA
 
 UNIT = Scales()

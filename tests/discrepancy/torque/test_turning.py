@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from haptid import Campaign
-from haptid.discrepancy.torque.fit import TorqueFit, fit_nominal, rms
+from haptid.discrepancy.torque.fit import TorqueFit, fit_nominal
 from haptid.discrepancy.torque.study import TorqueStudy, torque_study_of
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
 from haptid.discrepancy.torque_search.scan import promises
@@ -17,6 +17,7 @@ from haptid.discrepancy.torque_search.search import refit_candidate
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.checks.preparation import prepare_campaign
 from haptid.model.effects.registry import catalogue
+from haptid.support.linear_algebra import rms
 from tests.discrepancy.torque.sticking_stage import COULOMB, MASS, recorded_stage, slow_waves, steps
 
 
