@@ -11,11 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import qr
 
 Array = NDArray[np.float64]
 
 ROUNDING_OVER_LARGEST_EIGENVALUE = 1e-12
 """Ratio to the largest eigenvalue of a scaled matrix below which an eigenvalue is rounding [1]."""
+ROUNDING_OVER_LARGEST_COLUMN = 1e-9
+"""Length of a unit column's part outside other columns below which that part is rounding [1]."""
 
 
 def root_of_inverse(matrix: Array) -> Array:
@@ -163,6 +166,25 @@ def column_sizes(jacobian: Array) -> Array:
         At least 1e-300, so that a column of zeros can be divided by its norm.
     """
     return np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+
+
+def orthonormal_basis(columns: Array) -> Array:
+    """Return an orthonormal basis of what columns span, by a pivoted QR decomposition.
+
+    Parameters
+    ----------
+    columns
+        Columns in any units, shape (n, k).
+
+    Returns
+    -------
+    ndarray, shape (n, r)
+        r ≤ k: a column whose part outside the others is below `ROUNDING_OVER_LARGEST_COLUMN` of it adds none.
+    """
+    # Columns of length 1 make the threshold one of the angles between columns and not of their units.
+    Q, R, _ = qr(columns / column_sizes(columns), mode="economic", pivoting=True)
+    size = np.abs(np.diag(R))
+    return np.asarray(Q[:, size > ROUNDING_OVER_LARGEST_COLUMN * size.max(initial=0.0)])
 
 
 def correlation_of(covariance: Array) -> tuple[Array, Array]:

@@ -24,6 +24,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.noise.arma import estimate_colour
 from haptid.noise.correlation import Colour, Noise, Path, Scatter, Whitener
 from haptid.noise.reml import best_scatter
+from haptid.support.linear_algebra import orthonormal_basis
 from haptid.support.processes.threads import map_threads
 
 PATHS: tuple[Path, ...] = ("reading", "torque")
@@ -217,7 +218,7 @@ def _estimate_by_reml(
     runs = zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True)
     parts = [_apart(w(row).ravel(), _flat(w(B))[:, moving], _flat(w(M))) for w, row, B, M in runs]
     r, J, M = zip(*parts, strict=True)
-    Q = np.split(orthonormal(np.concatenate(J)), np.cumsum([part.size for part in r])[:-1])
+    Q = np.split(orthonormal_basis(np.concatenate(J)), np.cumsum([part.size for part in r])[:-1])
     along = sum(q.T @ part for q, part in zip(Q, r, strict=True))
     left = [part - q @ along for q, part in zip(Q, r, strict=True)]
     size, gain = best_scatter(left, Q, M)
@@ -235,23 +236,3 @@ def _apart(r: Array, J: Array, M: Array) -> tuple[Array, Array, Array]:
 def _flat(x: Array) -> Array:
     """Rows of all joints one after the other, (n_t·n_joints, k)."""
     return x.reshape(-1, x.shape[-1])
-
-
-def orthonormal(A: Array) -> Array:
-    """Return an orthonormal basis of the columns of a matrix, by eigenvectors of its Gram matrix.
-
-    Parameters
-    ----------
-    A
-        Matrix of many more rows than columns, shape (n, m).
-
-    Returns
-    -------
-    ndarray
-        Basis, shape (n, k) with k at most m.
-    """
-    # Columns of length 1 make the threshold on eigenvalues independent of the parameters' units.
-    scaled = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    values, vectors = np.linalg.eigh(scaled.T @ scaled)
-    keep = values > 1e-10 * values[-1]
-    return np.asarray(scaled @ (vectors[:, keep] / np.sqrt(values[keep])))

@@ -9,10 +9,10 @@ from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
 
 from haptid.discrepancy.fit.solution import Solution
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import orthonormal_basis
 
 
 def movable(solution: Solution) -> NDArray[np.bool_]:
@@ -56,10 +56,4 @@ def tangent_space(solution: Solution, without: Collection[str] = ()) -> Array:
     free = movable(solution)
     moves = [id not in without for id in solution.problem.parametrisation.ids]
     free[: solution.problem.n_parameters] &= np.array(moves, dtype=bool)
-    J = solution.blocks.jacobian[:, free]
-    # With columns of length 1, the threshold on R below measures angles between columns and not the units of
-    # parameters.
-    J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    Q, R, _ = qr(J, mode="economic", pivoting=True)
-    kept = np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0]) if R.size else np.zeros(0, dtype=bool)
-    return np.asarray(Q[:, kept])
+    return orthonormal_basis(solution.blocks.jacobian[:, free])

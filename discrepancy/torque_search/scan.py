@@ -17,6 +17,7 @@ from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.simulators.inverse_dynamics import filter_as
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
+from haptid.support.linear_algebra import orthonormal_basis
 from haptid.support.processes.threads import map_threads
 
 
@@ -66,27 +67,10 @@ def promises(
     list of Promise
         Promises, largest share of the residual first.
     """
-    Q, r = orthonormal(current.jacobian), current.fitted
+    Q, r = orthonormal_basis(current.jacobian), current.fitted
     r = r - Q @ (Q.T @ r)
     found = map_threads(lambda e: _best(study, current, e, Q, r), entries.values(), threads=study.threads, count=count)
     return sorted((p for p in found if p is not None), key=lambda p: -p.share)
-
-
-def orthonormal(J: Array) -> Array:
-    """Return an orthonormal basis of the columns of J, shape (n, k), by a singular value decomposition.
-
-    Parameters
-    ----------
-    J
-        Columns in any units, shape (n, k); their norms are divided out.
-
-    Returns
-    -------
-    ndarray, shape (n, r)
-        Columns of U whose singular value exceeds 1e-7 of the largest: r ≤ k.
-    """
-    U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
-    return np.asarray(U[:, s > 1e-7 * s[0]])
 
 
 def _signatures(

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptid.support.linear_algebra import inverse, profile_out, scaled_covariance
+from haptid.support.linear_algebra import inverse, orthonormal_basis, profile_out, scaled_covariance
 
 
 def jacobian(seed: int) -> np.ndarray:
@@ -43,3 +43,11 @@ def test_a_direction_without_information_has_a_large_and_finite_variance():
     covariance = inverse(np.diag([4.0, 1e-310]))
     assert covariance[0, 0] == pytest.approx(0.25)
     assert 1e100 < covariance[1, 1] < np.inf
+
+
+def test_a_basis_spans_the_columns_whatever_their_units_and_leaves_out_the_dependent_one():
+    J = jacobian(1)
+    Q = orthonormal_basis(J)
+    assert Q.shape == (30, 5)
+    np.testing.assert_allclose(Q.T @ Q, np.eye(5), atol=1e-12)
+    np.testing.assert_allclose(Q @ (Q.T @ J), J, rtol=1e-9, atol=1e-9 * np.abs(J).min())
