@@ -101,6 +101,8 @@ class Thresholds:
     0."""
     soft_spring_torque_over_torque: float = 1e-4
     """Torque of the spring that carries a constant torque, over the travel, as a share of the largest torque [1]."""
+    horizons_of_prediction_s: tuple[float, ...] = (0.1, 1.0, 10.0)
+    """Lengths of the simulations from the measured state [s] by which both models are held against the motion."""
     longest_judged_horizon_s: float = 1.0
     """Longest horizon by which models are compared [s]: longer ones show drift alone."""
     most_simulations_of_horizon: int = 200
@@ -282,6 +284,10 @@ class Thresholds:
     largest_residual_in_noise: float = 10.0
     """RMS of the residual over the sensor's noise [1] above which it is told as a quantity and a share of the motion as
     well: a number of hundreds says how fine the sensor is, not how good the model."""
+    least_cycles_of_amplitude_scatter: int = 3
+    """Smallest number of cycles of a run [1] whose amplitudes are told: fewer show no scatter."""
+    least_rows_of_cycle_amplitude: int = 8
+    """Smallest number of rows of a cycle [1] that has an amplitude of its own."""
 
     # Foreign FMUs: what an archive and its process may take.
     largest_spread_of_even_steps: float = 1e-3
@@ -310,6 +316,8 @@ class Thresholds:
     """Distance between two times over the larger of them [1] up to which they are the same."""
 
     # Calibration of foreign FMUs.
+    least_size_of_difference_step_over_unit: float = 1e-3
+    """Size of a parameter at 0 over the unit of its coordinate [1]: the difference quotient needs a step there, too."""
     difference_steps_over_size: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
     """Steps of a difference quotient over the size of a parameter [1]: at the narrowest the error of second order is
     1e-8 and that of a solver of 1e-8 is 1e-4, while a wide step averages the jumps of events."""

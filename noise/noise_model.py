@@ -7,6 +7,7 @@ from typing import Literal
 
 from haptid.noise import hyper
 from haptid.noise.hyper import Hyper
+from haptid.noise.thresholds import THRESHOLDS
 
 Scatter = Literal["none", "reading", "torque"]
 _WORDS = {
@@ -77,8 +78,8 @@ def candidates(runs: int, cycles: int) -> tuple[NoiseModel, ...]:
     Parameters
     ----------
     runs, cycles
-        Number of fitted runs, and of their cycles together. A scatter needs three samples: with fewer cycles (runs)
-        no candidate has a scatter from cycle to cycle (from run to run).
+        Number of fitted runs, and of their cycles together. With fewer cycles (runs) than
+        `THRESHOLDS.least_samples_of_scatter` no candidate has a scatter from cycle to cycle (from run to run).
 
     Returns
     -------
@@ -87,12 +88,14 @@ def candidates(runs: int, cycles: int) -> tuple[NoiseModel, ...]:
         correlated model error.
     """
     models = [NoiseModel()]
-    if cycles >= 3:
+    cycles_scatter = cycles >= THRESHOLDS.least_samples_of_scatter
+    runs_scatter = runs >= THRESHOLDS.least_samples_of_scatter
+    if cycles_scatter:
         models += [NoiseModel(scatter="reading"), NoiseModel(scatter="torque")]
-    if cycles >= 3 and runs >= 3:
+    if cycles_scatter and runs_scatter:
         models += [NoiseModel(scatter="reading", runs=True), NoiseModel(scatter="torque", runs=True)]
     return (
         *models,
         NoiseModel(correlated=True),
-        *([NoiseModel(scatter="reading", correlated=True)] if cycles >= 3 else []),
+        *([NoiseModel(scatter="reading", correlated=True)] if cycles_scatter else []),
     )

@@ -30,8 +30,6 @@ from scipy.optimize import minimize_scalar
 from haptid.measurement.values.run import Array
 from haptid.noise.thresholds import THRESHOLDS
 
-LEAST_SCATTER = 1e-7
-"""Lower bound of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
 GAIN_OF_ROUNDING = 1e-3
 """Twice the gain in log-likelihood over s = 0 below which the gain is rounding."""
 
@@ -74,7 +72,7 @@ def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> 
         explained = s2 * (g @ (g / D) + s2 * through @ np.linalg.solve(K, through))
         return float(np.log(D).sum() + log_det - explained)
 
-    bounds = np.log(LEAST_SCATTER), np.log(THRESHOLDS.largest_scatter)
+    bounds = np.log(THRESHOLDS.least_scatter), np.log(THRESHOLDS.largest_scatter)
     found = minimize_scalar(deviance, bounds=bounds, method="bounded")
     gain = -float(found.fun)  # the deviance is 0 at s = 0
     return (float(np.exp(found.x)), gain) if gain > GAIN_OF_ROUNDING else (0.0, 0.0)

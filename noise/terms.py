@@ -21,9 +21,6 @@ from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS
 
-RELATIVE_TORQUE_CHANGE = 1e-3
-"""Relative change δ of a cycle's torque in the finite difference of its scatter column [1]."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
@@ -190,10 +187,11 @@ def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: Noi
 
 def _torque_column(simulator: Simulator, theta: Array, x0: Array, run: Run, rows: NDArray[np.bool_]) -> Array:
     """Return ∂y/∂ξ of the cycle in ``rows``, shape (n_t,): central difference with its torque times 1 ± δ."""
-    change = RELATIVE_TORQUE_CHANGE * run.u * rows[:, None]
+    share = THRESHOLDS.torque_change_of_scatter_column
+    change = share * run.u * rows[:, None]
     up = simulator.simulate(theta, run.but(u=run.u + change), x0=x0).y[:, 0]
     down = simulator.simulate(theta, run.but(u=run.u - change), x0=x0).y[:, 0]
-    return np.asarray((up - down) / (2 * RELATIVE_TORQUE_CHANGE))
+    return np.asarray((up - down) / (2 * share))
 
 
 def column_scales(terms: Terms, model: NoiseModel, hyper: dict[str, Array]) -> Array:

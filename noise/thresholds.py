@@ -35,8 +35,15 @@ class Thresholds:
     """Most lines that are regressed out."""
 
     # Scatter of the amplitude from cycle to cycle (`noise/reml.py`).
+    least_scatter: float = 1e-7
+    """Lower bound of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
     largest_scatter: float = 0.5
-    """Upper bound of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
+    """Upper bound of the search for s [1]."""
+    torque_change_of_scatter_column: float = 1e-3
+    """Relative change of a cycle's torque, up and down, from which the column of a scatter on the torque is taken
+    (`noise/terms.py`) [1]."""
+    least_samples_of_scatter: int = 3
+    """Smallest number of cycles, or of runs, for a scatter between them to be a candidate (`noise/noise_model.py`)."""
 
     # Priors (`noise/hyper.py`, `noise/terms.py`).
     stated_noise_log_std: float = 0.05

@@ -26,9 +26,6 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import column_rms
 
-HORIZONS_S = (0.1, 1.0, 10.0)
-"""Lengths of the simulations from the measured state [s]."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
@@ -196,7 +193,7 @@ def figures_of(
     length = run.t[-1] - run.t[run.score_from]
     moves = model.baseline is None or model.baseline.has_positive_masses(motion)
     nothing = np.full(run.y.shape[1], np.nan)
-    lengths = [h for h in HORIZONS_S if length > h]
+    lengths = [h for h in THRESHOLDS.horizons_of_prediction_s if length > h]
     return Figures(
         free_rmse=column_rms(run.y[run.score_from :] - simulate_freely(model, run, states)) if moves else nothing,
         torque_rmse=torque_rmse,

@@ -19,9 +19,6 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 
-LEAST_SIZE_OVER_UNIT = 1e-3
-"""Size of a parameter at 0 over the unit of its coordinate [1]: the difference quotient needs a step there, too."""
-
 
 def equations_of(name: str, quantities: tuple[Quantity, ...]) -> Equations:
     """Return equations that hold parameters and no formula: an FMU shows none.
@@ -163,7 +160,7 @@ class ForeignSimulator:
             side, NaN where it refuses both.
         """
         quantity = self.equations.parameters[i]
-        step *= max(abs(theta[i]), LEAST_SIZE_OVER_UNIT * linear_unit(quantity))
+        step *= max(abs(theta[i]), THRESHOLDS.least_size_of_difference_step_over_unit * linear_unit(quantity))
         above, below = theta.copy(), theta.copy()
         above[i] = min(theta[i] + step, quantity.upper)
         below[i] = max(theta[i] - step, quantity.lower)

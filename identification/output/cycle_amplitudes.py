@@ -7,13 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
-
-FEWEST_CYCLES = 3
-"""Cycles of a run below which nothing is said of their scatter."""
-FEWEST_ROWS = 8
-"""Rows of a cycle below which it has no amplitude of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,10 +62,10 @@ def cycle_amplitudes(run: Run, simulated: Array) -> CycleAmplitudes | None:
         rows = index == cycle
         shape = simulated[rows] - simulated[rows].mean()
         energy = float(shape @ shape)
-        if rows.sum() < FEWEST_ROWS or not energy > 0:
+        if rows.sum() < THRESHOLDS.least_rows_of_cycle_amplitude or not energy > 0:
             continue
         excess.append(float(shape @ (measured - simulated)[rows]) / energy)
         std.append(float(run.sensor_std[0]) / energy**0.5)
-    if len(excess) < FEWEST_CYCLES:
+    if len(excess) < THRESHOLDS.least_cycles_of_amplitude_scatter:
         return None
     return CycleAmplitudes(file=run.file, use=run.use, excess=np.array(excess), std=np.array(std))

@@ -19,7 +19,7 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.problem.valleys import Spring, Valleys
 from haptid.measurement.values.run import Array
 
-LEAST = 1e-9
+LEAST_STIFFNESS_OVER_UNIT = 1e-9
 """Smallest stiffness, over its scale w, at which the equilibrium position still follows the step in stiffness."""
 
 
@@ -71,7 +71,7 @@ class Retraction:
         for spring in self.springs:
             (K, e), (after, _) = spring.physical(x), spring.physical(y)
             # Without a stiffness above 0, before and after, the quotient has no meaning: the step stays straight.
-            if min(K, after) > LEAST * spring.stiffness_unit:
+            if min(K, after) > LEAST_STIFFNESS_OVER_UNIT * spring.stiffness_unit:
                 d_K, d_e = after - K, spring.position_unit * float(d[spring.position])
                 y[spring.position] = (
                     (K * e + K * d_e + e * d_K) / after - spring.position_centre
@@ -94,7 +94,7 @@ class Retraction:
         result, y = np.eye(x.size), self.move(x, d)
         for spring in self.springs:
             (K, e), (after, now) = spring.physical(x), spring.physical(y)
-            if min(K, after) > LEAST * spring.stiffness_unit:
+            if min(K, after) > LEAST_STIFFNESS_OVER_UNIT * spring.stiffness_unit:
                 result[spring.position, spring.position] = K / after
                 change = (e - now) / after * spring.stiffness_unit / spring.position_unit
                 result[spring.position, spring.stiffness] = change
@@ -120,7 +120,7 @@ class Retraction:
         A, slack = A.copy(), np.minimum(b - A @ x, 0.0)
         for spring in self.springs:
             stiffness = spring.physical(x)[0]
-            if stiffness > LEAST * spring.stiffness_unit:
+            if stiffness > LEAST_STIFFNESS_OVER_UNIT * spring.stiffness_unit:
                 rows = np.flatnonzero(A[:, spring.position])
                 # Distance from the bound in units of epos, times the relative change of Ks.
                 A[rows, spring.stiffness] -= slack[rows] * spring.stiffness_unit / stiffness

@@ -8,13 +8,14 @@ import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.compared import Compared
-from haptid.identification.baseline.figures import HORIZONS_S, Figures
+from haptid.identification.baseline.figures import Figures
 from haptid.identification.baseline.plain_parameters import parameter_ids
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.output.plain_comparison import tell_delay, tell_result
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.result_json import tell_why
 from haptid.identification.sequence.step import Step
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
@@ -71,13 +72,13 @@ def _run_table(step: Step, compared: Compared) -> Table:
         rows += [(file, use, label, *_cells(both[name])) for name, label in (("model", "fit"), ("baseline", "plain"))]
     header = (
         *("run", "use", "model", f"free simulation [{position}]", f"torque [{torque}]", "torque [%]"),
-        *(f"{h:g} s [{position}]" for h in HORIZONS_S),
+        *(f"{h:g} s [{position}]" for h in THRESHOLDS.horizons_of_prediction_s),
     )
     return Table(header=header, rows=rows, caption="Errors of both models by run")
 
 
 def _cells(figures: Figures) -> tuple[str, ...]:
-    horizons = [figures.horizon_rmse.get(f"{h:g}") for h in HORIZONS_S]
+    horizons = [figures.horizon_rmse.get(f"{h:g}") for h in THRESHOLDS.horizons_of_prediction_s]
     return (
         _numbers(figures.free_rmse),
         _numbers(figures.torque_rmse),
