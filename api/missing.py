@@ -28,7 +28,7 @@ from haptid.discrepancy.job.search import (
     prepare_alone,
     prepare_together,
 )
-from haptid.discrepancy.job.told import finding_json, tell_finding
+from haptid.discrepancy.job.summary import finding_json, tell_finding
 from haptid.fmu_build.building.packaging import Kind
 from haptid.measurement.checks.motion import in_first_postures
 from haptid.measurement.values.campaign import Campaign as Values

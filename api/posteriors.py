@@ -31,7 +31,7 @@ from haptid.support.listener import Listener
 from haptid.support.tables import text_of
 from haptid.uq.job.job import Job
 from haptid.uq.job.sample import Sampled, sample_joints
-from haptid.uq.job.told import tell_posterior
+from haptid.uq.job.summary import tell_posterior
 from haptid.uq.job.written import chains_file, write_chains, write_posteriors
 from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.full_model import full_model_bands

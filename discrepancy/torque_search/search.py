@@ -240,14 +240,14 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
 
     # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
     for share in (1.0, 0.1):
-        fit_from(current.values | _scaled(promise, share))
+        fit_from(current.values | _scale_amplitudes(promise, share))
     if promise.effect.side == "friction":
         # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
         # the travel.
-        fit_from(current.values | study.guessed_friction | _scaled(promise, 1.0))
+        fit_from(current.values | study.guessed_friction | _scale_amplitudes(promise, 1.0))
     return min(fits, key=lambda f: rms(f.fitted)) if fits else None
 
 
-def _scaled(promise: Promise, share: float) -> dict[str, float]:
+def _scale_amplitudes(promise: Promise, share: float) -> dict[str, float]:
     """Return the start values of a promise with a share of its amplitudes."""
     return {id: value * (share if id in promise.effect.neutral else 1.0) for id, value in promise.start.items()}

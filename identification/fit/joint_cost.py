@@ -97,7 +97,7 @@ def move_by_position(found: Fit, simulator: Simulator, runs: Sequence[Run], dela
         H, g = information.copy(), information @ (held - theta[columns])
         for weight, e, J in zip(weights, errors, slopes, strict=True):
             H, g = H + weight * J.T @ J, g + weight * J.T @ e
-        trial = _moved(found, theta, columns, length * (inverse(H) @ g))
+        trial = _move(found, theta, columns, length * (inverse(H) @ g))
         again, their_slopes = _simulate(simulator, trial, driven, columns)
         new = cost_of(trial, again)
         if new >= cost:
@@ -124,7 +124,7 @@ def _simulate(
     return errors, slopes
 
 
-def _moved(found: Fit, theta: Array, columns: Sequence[int], step: Array) -> Array:
+def _move(found: Fit, theta: Array, columns: Sequence[int], step: Array) -> Array:
     """Return parameters moved by a step, inside their ranges, with stiction in its ratio to Coulomb friction."""
     rows, trial = found.equations.parameters, theta.copy()
     trial[columns] += step

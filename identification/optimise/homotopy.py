@@ -155,11 +155,11 @@ def _at_level(problem: Problem, number: int, tell: Tell) -> Simulated:
     """
     levels = len(problem.options.gains) + 1
 
-    def told(calls: int, cost: float) -> None:
+    def tell_level(calls: int, cost: float) -> None:
         share = (number + 1.0 - (1.0 - SHARE_OF_SIMULATION) ** calls) / levels
         tell(share, f"level {number + 1} of {levels}, {plain(float(np.sqrt(cost / problem.weight)))} times the noise")
 
-    return told
+    return tell_level
 
 
 def _level(  # what is minimised, where it begins, and who listens

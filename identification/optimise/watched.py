@@ -59,14 +59,14 @@ class Watched:
             return self.workers.until(function, tasks, more, watch=watch)
         stage = _Stage(tell=self.tell, what=what, count=len(tasks), before=self._before)
 
-        def counted(results: Sequence[T]) -> int:
+        def count_results(results: Sequence[T]) -> int:
             needed = more(results)
             stage.count_results(len(results), needed)
             return needed
 
-        made = self.workers.until(function, tasks, counted, watch=stage.watch)
+        results = self.workers.until(function, tasks, count_results, watch=stage.watch)
         self._before = stage.end
-        return made
+        return results
 
 
 @dataclass(slots=True, kw_only=True)

@@ -31,7 +31,7 @@ from studies.blind.outcome import MEANING, Outcome, score_case
 from studies.blind.score import summary
 from studies.blind.settle import with_run
 from studies.blind.stranger import score_stranger
-from studies.blind.study import ROOT, Job, digest, make, work_all, worked
+from studies.blind.study import ROOT, Job, digest, has_result_of, make, work_all
 from studies.ledger.entries import LEDGER, begin_study, end_study
 from studies.ledger.generator import generator_digest
 from studies.ledger.version import git_version
@@ -149,7 +149,7 @@ class _Passes:
         self.done: dict[str, list[Outcome]] = {"found": [], "without": [], "settled": []}
         self.open = set(self.shares)
 
-    def scored(self, jobs: Sequence[Job], name: str) -> list[Outcome]:
+    def score_jobs(self, jobs: Sequence[Job], name: str) -> list[Outcome]:
         """Work through the jobs of one pass and score those that were begun in time, or before an interruption."""
         until = float("inf") if self.minutes is None else self.began + 60.0 * self.minutes * self.shares[name]
         stamp = digest()
@@ -161,7 +161,7 @@ class _Passes:
                     tell=bar.update,
                 )  # fmt: skip
         finally:
-            done = [job for job in jobs if worked(job, stamp)]
+            done = [job for job in jobs if has_result_of(job, stamp)]
             score = SCORES[self.choices["truth"]]
             self.done[name] = [
                 score(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
@@ -193,13 +193,13 @@ class _Passes:
 
 def _work_through(study: _Passes, jobs: Sequence[Job], asked_for: Mapping[str, bool]) -> None:
     """Work through the passes in their order: without their true entry only cases that have a verdict with it."""
-    first = study.scored(jobs, "found") if asked_for["found"] else []
+    first = study.score_jobs(jobs, "found") if asked_for["found"] else []
     if asked_for["without"]:
         done = {o.case for o in first}
         left = [job for job in jobs if job.case in done or not asked_for["found"]]
-        study.scored(_without(study.out, left, study.labels), "without")
+        study.score_jobs(_without(study.out, left, study.labels), "without")
     if asked_for["settled"]:
-        study.scored(with_run(study.out, first), "settled")
+        study.score_jobs(with_run(study.out, first), "settled")
 
 
 def shares(passes: Sequence[str]) -> dict[str, float]:

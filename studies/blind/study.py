@@ -213,7 +213,7 @@ def last_line(text: str) -> str:
     return lines[-1] if lines else "no message"
 
 
-def worked(job: Job, stamp: str) -> bool:
+def has_result_of(job: Job, stamp: str) -> bool:
     """Say whether the result of the same code is there.
 
     Parameters
@@ -298,11 +298,11 @@ def work_all(
     threads = max(1, (os.cpu_count() or 1) // workers)
 
     def one(job: Job) -> Job | None:
-        if not worked(job, stamp):
+        if not has_result_of(job, stamp):
             if time.monotonic() > until:
                 return None
             work(job, running, seed=seed, limit=limit, stamp=stamp, threads=threads)
-        return job if worked(job, stamp) else None
+        return job if has_result_of(job, stamp) else None
 
     pool = ThreadPoolExecutor(workers)
     try:

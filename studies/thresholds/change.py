@@ -13,7 +13,7 @@ from studies.thresholds.values import ROOMS, Value, room_values
 
 
 @contextmanager
-def changed(room: str, name: str, value: Value) -> Iterator[None]:
+def change_threshold(room: str, name: str, value: Value) -> Iterator[None]:
     """Give a threshold another value for all readers of its room, and its own again at the end.
 
     Parameters

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from haptid.support.errors import HaptidError, one_line
-from studies.thresholds.change import changed, loaded_readers, noted_reads
+from studies.thresholds.change import change_threshold, loaded_readers, noted_reads
 from studies.thresholds.panel import Case
 from studies.thresholds.values import Value
 
@@ -62,7 +62,7 @@ class Run:
         change: AbstractContextManager[None] = nullcontext()
         noting: AbstractContextManager[set[str]] = noted_reads() if self.note else nullcontext(set())
         if self.room:
-            change = changed(self.room, self.name, self.value)
+            change = change_threshold(self.room, self.name, self.value)
         with change, noting as reads, TemporaryDirectory() as out:
             module, _, name = self.case.work.partition(":")
             try:

@@ -225,7 +225,7 @@ class Study:
             for case in self.panel
             for key in delivered[case.name][reads]
             for change in FACTORS
-            if known[key].scaled(change) is not None
+            if known[key].scale_value(change) is not None
         ]
 
     def folder(self, case: Case) -> Path:
@@ -258,7 +258,7 @@ class Study:
         write_text(self.out.with_suffix(".md"), page(self.stored))
 
     def _run(self, one: Change) -> Run:
-        value = one.threshold.scaled(one.change)
+        value = one.threshold.scale_value(one.change)
         assert value is not None  # others are not planned
         name, room = one.threshold.name, one.threshold.room
         return Run(case=one.case, campaign=self.folder(one.case), room=room, name=name, value=value)

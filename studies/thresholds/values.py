@@ -52,7 +52,7 @@ class Threshold:
         """Room and name, ``noise.most_lines``."""
         return f"{self.room}.{self.name}"
 
-    def scaled(self, change: str) -> Value | None:
+    def scale_value(self, change: str) -> Value | None:
         """Halve or double the threshold, within what it can mean.
 
         Parameters
@@ -76,7 +76,7 @@ class Threshold:
         dict
             The fields by name, and both changed values, ``halved`` and ``doubled``.
         """
-        both = {change: self.scaled(change) for change in FACTORS}
+        both = {change: self.scale_value(change) for change in FACTORS}
         return {"room": self.room, "name": self.name, "meaning": self.meaning, "value": self.value, **both}
 
 

@@ -105,11 +105,11 @@ def map_threads(
     tuples = list(zip(*arguments, strict=True))
     numbers = itertools.count(1)
 
-    def counted(each: tuple[Any, ...]) -> T:
+    def run_and_count(each: tuple[Any, ...]) -> T:
         made = function(*each)
         count(next(numbers))
         return made
 
     if threads <= 1:
-        return [counted(each) for each in tuples]
-    return list(_pool(threads).map(counted, tuples))
+        return [run_and_count(each) for each in tuples]
+    return list(_pool(threads).map(run_and_count, tuples))

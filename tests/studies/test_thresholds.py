@@ -16,7 +16,7 @@ from haptid.noise.thresholds import THRESHOLDS as NOISE
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.installing.environment import ROOT
 from studies.thresholds import run
-from studies.thresholds.change import changed, noted_reads
+from studies.thresholds.change import change_threshold, noted_reads
 from studies.thresholds.one_run import Run, run_apart
 from studies.thresholds.outcome import cost_ratio, differences
 from studies.thresholds.page import counts, headline, page
@@ -70,16 +70,16 @@ def test_a_share_stays_below_one_and_a_count_above_zero():
     assert scale(((1.0, 0.0), (4, 2.0)), 0.5) == ((0.5, 0.0), (2, 1.0))
     for threshold in all_thresholds():
         for change in ("halved", "doubled"):
-            new = threshold.scaled(change)
+            new = threshold.scale_value(change)
             assert new is None or type(new) is type(threshold.value)
 
 
 def test_a_change_reaches_the_reader_and_is_restored():
     before = NOISE.most_lines
-    with changed("noise", "most_lines", 9):
+    with change_threshold("noise", "most_lines", 9):
         assert NOISE.most_lines == 9
     assert NOISE.most_lines == before
-    with pytest.raises(InputError, match="most_linez"), changed("noise", "most_linez", 9):
+    with pytest.raises(InputError, match="most_linez"), change_threshold("noise", "most_linez", 9):
         pass
 
 
