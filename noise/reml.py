@@ -73,6 +73,6 @@ def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> 
         return float(np.log(D).sum() + log_det - explained)
 
     bounds = np.log(THRESHOLDS.least_scatter), np.log(THRESHOLDS.largest_scatter)
-    found = minimize_scalar(deviance, bounds=bounds, method="bounded")
-    gain = -float(found.fun)  # the deviance is 0 at s = 0
-    return (float(np.exp(found.x)), gain) if gain > GAIN_OF_ROUNDING else (0.0, 0.0)
+    optimum = minimize_scalar(deviance, bounds=bounds, method="bounded")
+    gain = -float(optimum.fun)  # the deviance is 0 at s = 0
+    return (float(np.exp(optimum.x)), gain) if gain > GAIN_OF_ROUNDING else (0.0, 0.0)

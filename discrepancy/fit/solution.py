@@ -247,8 +247,8 @@ def solve(
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
         if study.alone and noise.on_torque:
             problem, x = _balance_common_factor(study, simulator, noise, problem, x)
-        found = minimise(SumOfSquares.of(problem), x, iterations=iterations, tolerance=tolerance)
-        x, calls, converged = found.x, calls + found.calls, found.converged
+        descent = minimise(SumOfSquares.of(problem), x, iterations=iterations, tolerance=tolerance)
+        x, calls, converged = descent.x, calls + descent.calls, descent.converged
     if settled and noise.on_torque:
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
     # One simulation serves both: the noise estimate needs the residuals before whitening.

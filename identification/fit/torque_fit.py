@@ -158,14 +158,14 @@ def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequenc
 def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:
     """Say for every scored run how large the residual torque is, against the torque and against its noise."""
     scored: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in turned}
-    told = []
+    sentences = []
     for one in found.runs:
         run = scored[one.file, one.use]
         unit = unit_for("N m", run.prismatic)
         size = rms(run.y[run.scored])
         close = "at" if one.over_noise <= FitOptions().tolerance else f"{one.over_noise:.1f} times"
-        told.append(
+        sentences.append(
             f"{run.file} ({one.use}): residual torque {one.rmse_rad:.3g} {unit} RMS, {one.rmse_rad / size:.1%} of "
             f"the torque's RMS and {close} its white noise ({float(run.sensor_std[0]):.2g} {unit})"
         )
-    return told
+    return sentences

@@ -117,10 +117,10 @@ def _refit(problem: Problem, x: Array, tell: Tell = tell_nobody) -> tuple[Array,
     """Return the minimum near x and the standard deviations there."""
     most = THRESHOLDS.most_simulations_of_refit
     cost = SumOfSquares.of(problem)
-    found = minimise(
+    best = minimise(
         cost, x, iterations=most, tolerance=0.0, relative=1e-4, tell=lambda calls, _: tell(calls / most, "")
     ).x
-    return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
+    return best, np.sqrt(np.maximum(np.diag(curvature(problem, best).covariance), 0.0))
 
 
 def leave_out_blocks(roots: Sequence[Array], blocks: int) -> list[tuple[Array, ...]]:

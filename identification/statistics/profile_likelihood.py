@@ -50,13 +50,13 @@ def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]
     """
     plain = np.linalg.inv(bent.hessian + np.diag(1e-12 * np.diag(bent.hessian) + 1e-300))
     walk = _Walk(problem=problem, x=x, cost=cost_of(problem.blocks(x)))
-    made = {}
+    intervals = {}
     for k, id in enumerate(problem.parametrisation.ids):
         width, direction = float(np.sqrt(max(bent.covariance[k, k], 1e-300))), plain[:, k] / plain[k, k]
         target = LEVEL * bent.covariance[k, k] / plain[k, k]
         ends = [walk.end(k, direction, sign * width, float(target)) for sign in (-1.0, 1.0)]
-        made[id] = Interval(lower=ends[0], upper=ends[1])
-    return made
+        intervals[id] = Interval(lower=ends[0], upper=ends[1])
+    return intervals
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

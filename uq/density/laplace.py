@@ -180,8 +180,8 @@ def _climb_noise(density: Density, eta: Array) -> Array:
     start = eta[n:]
     simplex = np.vstack([start, start + np.eye(start.size)])
     options = {"xatol": 1e-3, "fatol": 1e-3, "maxfev": 150 * start.size, "initial_simplex": simplex}
-    found = minimize(negative, start, method="Nelder-Mead", options=options)
-    return np.concatenate([eta[:n], found.x if found.fun < negative(start) else start])
+    optimum = minimize(negative, start, method="Nelder-Mead", options=options)
+    return np.concatenate([eta[:n], optimum.x if optimum.fun < negative(start) else start])
 
 
 def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
@@ -223,8 +223,8 @@ def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
     if not np.isfinite(total).all():
         lost = [name for name, row in zip(density.coordinates.names, total, strict=False) if not np.isfinite(row).all()]
         todo = "measure with more motion, or state priors or fixed values in campaign.toml"
-        told = f"the likelihood has no finite curvature in {', '.join(lost[:4])} at the fit"
-        msg = f"{density.equations.name}: {told}: the runs do not determine it, or do not follow the model; {todo}"
+        what = f"the likelihood has no finite curvature in {', '.join(lost[:4])} at the fit"
+        msg = f"{density.equations.name}: {what}: the runs do not determine it, or do not follow the model; {todo}"
         raise NumericalError(msg)
     return _inverse(total)
 
