@@ -198,10 +198,7 @@ class Missing:
         axes = axes_or_new(ax)
         with style():
             draw_motion(axes, curve)
-            axes.set_title(f"{curve.run.file} ({curve.run.use})", fontsize=8)
-            axes.set_xlabel("time [s]")
-            axes.set_ylabel(f"position [{unit_for('rad', curve.run.prismatic)}]")
-            axes.legend()
+            _label(axes, curve, f"position [{unit_for('rad', curve.run.prismatic)}]")
         return axes
 
     def plot_residuals(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
@@ -234,10 +231,7 @@ class Missing:
         axes = axes_or_new(ax)
         with style():
             draw_residuals(axes, curve)
-            axes.set_title(f"{curve.run.file} ({curve.run.use})", fontsize=8)
-            axes.set_xlabel("time [s]")
-            axes.set_ylabel(f"measured − simulated [{unit_for('mrad', curve.run.prismatic)}]")
-            axes.legend()
+            _label(axes, curve, f"measured − simulated [{unit_for('mrad', curve.run.prismatic)}]")
         return axes
 
     def plot_where(self, variable: str = "position_rad", *, ax: Axes | None = None) -> Axes:
@@ -374,6 +368,13 @@ class Missing:
             files = ", ".join(curve.run.file for curve in curves)
             raise InputError("run", expected=f"a run of joint {number} ({files})", got=repr(run))
         return chosen[0]
+
+
+def _label(axes: Axes, curve: Curve, quantity: str) -> None:
+    axes.set_title(f"{curve.run.file} ({curve.run.use})", fontsize=8)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(quantity)
+    axes.legend()
 
 
 def find_values(  # noqa: PLR0913 # one argument a choice

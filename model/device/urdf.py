@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from haptid.model.device.device import BASE, Device
 from haptid.model.device.device_table import parse_device
 from haptid.model.device.urdf_check import read_urdf
-from haptid.model.device.urdf_joints import friction_guesses, number
+from haptid.model.device.urdf_joints import friction_guesses, link_at, number
 from haptid.support.errors import InputError
 from haptid.support.files.place import KeyPath, Place, join_path
 
@@ -72,14 +72,14 @@ def load_urdf(path: Path) -> Device:
         driven=driven,
         links={_name(link): link for link in root.iterfind("link")},
     )
-    names = _names([_end(joint, "child") for joint in robot.joints])
+    names = _names([link_at(joint, "child") for joint in robot.joints])
     table = {
         "name": _identifier(robot.name),
         "title": f"{robot.name} (from {path.name})",
         "assumptions": [f"Everything from {path.name}; friction and limits where it gives them."],
         "joints": [_drive(joint) for joint in robot.driven],
         "links": [_link(joint, robot, names) for joint in robot.joints],
-        "control_point": {"link": names[_end(robot.joints[-1], "child")], "position": [0.0, 0.0, 0.0]},
+        "control_point": {"link": names[link_at(robot.joints[-1], "child")], "position": [0.0, 0.0, 0.0]},
     }
     return parse_device(table, Place(file=str(path), words=lambda key: _words(key, robot)))
 
@@ -92,7 +92,7 @@ def _words(path: KeyPath, robot: _Robot) -> str:
     if path[0] == "joints":
         owner, names = f"joint {_name(robot.driven[path[1]])}", OF_THE_DRIVE
     elif key in OF_THE_LINK:
-        owner, names = f"link {_end(robot.joints[path[1]], 'child')}", OF_THE_LINK
+        owner, names = f"link {link_at(robot.joints[path[1]], 'child')}", OF_THE_LINK
     else:
         owner, names = f"joint {_name(robot.joints[path[1]])}", OF_THE_JOINT
     return f"{owner}, {names.get(key, key)}" if key else owner
@@ -100,11 +100,6 @@ def _words(path: KeyPath, robot: _Robot) -> str:
 
 def _name(element: Element) -> str:
     return element.get("name", "")
-
-
-def _end(joint: Element, side: str) -> str:
-    element = joint.find(side)
-    return "" if element is None else element.get("link", "")
 
 
 def _identifier(name: str) -> str:
@@ -130,8 +125,8 @@ def _downwards(joints: Sequence[Element]) -> tuple[Element, ...]:
     left, result = list(joints), []
     while left:
         # a joint is ready where no remaining joint carries its parent; the checked tree always has one
-        below = {_end(joint, "child") for joint in left}
-        ready = next(joint for joint in left if _end(joint, "parent") not in below)
+        below = {link_at(joint, "child") for joint in left}
+        ready = next(joint for joint in left if link_at(joint, "parent") not in below)
         result.append(ready)
         left.remove(ready)
     return tuple(result)
@@ -150,9 +145,9 @@ def _drive(joint: Element) -> dict[str, Any]:
 def _link(joint: Element, robot: _Robot, names: dict[str, str]) -> dict[str, Any]:
     origin, kind = joint.find("origin"), joint.get("type", "")
     entry: dict[str, Any] = {
-        "name": names[_end(joint, "child")],
+        "name": names[link_at(joint, "child")],
         "title": _name(joint),
-        "parent": names.get(_end(joint, "parent"), BASE),
+        "parent": names.get(link_at(joint, "parent"), BASE),
         "motion": MOTIONS[kind],
         "origin": _triple(origin, "xyz"),
         "rpy": _triple(origin, "rpy"),
@@ -161,7 +156,7 @@ def _link(joint: Element, robot: _Robot, names: dict[str, str]) -> dict[str, Any
         axis = joint.find("axis")
         entry["axis"] = [1.0, 0.0, 0.0] if axis is None else _triple(axis, "xyz")
         entry["moved_by"] = _moved_by(joint, [_name(other) for other in robot.driven])
-    return entry | _inertial(robot.links[_end(joint, "child")].find("inertial"))
+    return entry | _inertial(robot.links[link_at(joint, "child")].find("inertial"))
 
 
 def _triple(element: Element | None, key: str) -> list[float]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from haptid.model.device.urdf_joints import check_joint
+from haptid.model.device.urdf_joints import check_joint, link_at
 from haptid.model.device.urdf_words import check_depth, check_words
 from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
@@ -158,14 +158,9 @@ def _check_reached(joint: Element, above: dict[str, Element], where: str) -> Non
     for _ in range(len(above) + 1):
         if climbing is None:
             return
-        climbing = above.get(_end(climbing, "parent"))
-    got = f"{_end(joint, 'child')!r} below itself"
+        climbing = above.get(link_at(climbing, "parent"))
+    got = f"{link_at(joint, 'child')!r} below itself"
     raise InputError(where, expected="a tree of links", got=got, todo="check parent and child")
-
-
-def _end(joint: Element, side: str) -> str:
-    element = joint.find(side)
-    return "" if element is None else element.get("link", "")
 
 
 def _check_distinct(path: Path, parts: list[Element]) -> None:
@@ -176,7 +171,7 @@ def _check_distinct(path: Path, parts: list[Element]) -> None:
 
 
 def _check_link(joint: Element, side: str, names: list[str], where: str) -> str:
-    link = _end(joint, side)
+    link = link_at(joint, side)
     if link not in names:
         place = f"{where}, {side}"
         raise InputError(place, expected="a link of this file", got=repr(link), todo=did_you_mean(link, names))

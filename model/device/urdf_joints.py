@@ -13,6 +13,25 @@ from haptid.support.suggestion import did_you_mean
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 
+def link_at(joint: Element, side: str) -> str:
+    """Return the link at one side of a joint.
+
+    Parameters
+    ----------
+    joint
+        Element ``joint`` of a URDF.
+    side
+        ``parent`` or ``child``.
+
+    Returns
+    -------
+    str
+        Name of the link; empty where the joint does not say.
+    """
+    element = joint.find(side)
+    return "" if element is None else element.get("link", "")
+
+
 def number(element: Element | None, key: str, default: float = 0.0) -> float:
     """Return a numeric attribute of an element.
 

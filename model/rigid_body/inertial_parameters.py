@@ -34,8 +34,7 @@ def pi_ids(device: Device) -> tuple[str, ...]:
     tuple of str
         The n_pi names: ten for each massive link, then one for each motor.
     """
-    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in BARYCENTRIC)
-    return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
+    return _ids(device, BARYCENTRIC)
 
 
 def standard_ids(device: Device) -> tuple[str, ...]:
@@ -51,7 +50,11 @@ def standard_ids(device: Device) -> tuple[str, ...]:
     tuple of str
         The n_pi names: ten for each massive link, then one for each motor.
     """
-    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in STANDARD)
+    return _ids(device, STANDARD)
+
+
+def _ids(device: Device, keys: Sequence[str]) -> tuple[str, ...]:
+    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in keys)
     return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
 
 
