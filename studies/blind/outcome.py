@@ -182,7 +182,7 @@ def _result(
     if not truth:
         return "nothing_rightly" if verdict == "nothing_missing" else "false_alarm"
     if verdict in ("nothing_missing", "named"):
-        return "missed" if verdict == "nothing_missing" else _named(truth, names)
+        return "missed" if verdict == "nothing_missing" else _judge_names(truth, names)
     if verdict == "partly_named":  # says that something more is missing, so that even the right names are not all right
         return "named_in_part" if names & truth else "wrong_name"
     if outside or verdict == "unlisted":
@@ -190,7 +190,7 @@ def _result(
     return "among_alternatives" if any(truth == set(a) for a in alternatives) else "wrong_alternatives"
 
 
-def _named(truth: set[str], names: set[str]) -> Result:
+def _judge_names(truth: set[str], names: set[str]) -> Result:
     if names == truth:
         return "named"
     return "named_in_part" if names & truth else "wrong_name"

@@ -58,11 +58,11 @@ def describe_cases(cases: Sequence[Row], labels: Sequence[Row]) -> tuple[tuple[s
         label = known[case["case"]]
         told = " ".join([case["verdict"], *case.get("names", ())])
         right = "right" if case["result"] in RIGHT else case["result"]
-        rows.append((case["case"], _hidden(label), _friction(label), _noise(label), told, right))
+        rows.append((case["case"], _word_hidden(label), _friction(label), _noise(label), told, right))
     return header, rows
 
 
-def _hidden(label: Row) -> str:
+def _word_hidden(label: Row) -> str:
     left, share = label["left_over_noise"], label["share_of_motion"]
     parts = [f"{name} {left[name]:.2g}, {100 * share[name]:.2g} %" for name in label["hidden"]]
     return "; ".join(parts) or "nothing"

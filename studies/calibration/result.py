@@ -141,7 +141,7 @@ def _joint(joint: str, result: dict[str, Any]) -> str:
     header = ["parameter", *(f"{100 * float(p):.0f} % interval holds" for p in band), "χ² p", "ranks, ten bins"]
     rows = [["*expected*", *band.values(), "", f"{result['ranked'] / BINS:g} each"]]
     for name, found in result["parameters"].items():
-        shares = [_marked(found["coverage"][p], *result["binomial_band"][p]) for p in band]
+        shares = [_mark_outside_band(found["coverage"][p], *result["binomial_band"][p]) for p in band]
         counts = " ".join(map(str, found["rank_histogram"]))
         rows.append([f"`{name}`", *shares, f"{found['chi_square_p']:.2f}", counts])
     lines = ["| " + " | ".join(line) + " |" for line in (header, ["---"] * len(header), *rows)]
@@ -155,5 +155,5 @@ def _joint(joint: str, result: dict[str, Any]) -> str:
     return "\n".join([f"## Joint {joint}\n", told, *lines, ""])
 
 
-def _marked(share: float, low: float, high: float) -> str:
+def _mark_outside_band(share: float, low: float, high: float) -> str:
     return f"{share:.3f}" if low <= share <= high else f"**{share:.3f}**"

@@ -122,7 +122,7 @@ def overview(studies: Sequence[Study], truth: str) -> str:
         *_section("What was taken for what", PICTURED if truth == OWN else ""),
         *_coverage(_cases(studies)),
         "\n## Every study\n",
-        _listed(studies),
+        _list_studies(studies),
     ]  # fmt: skip
     return "\n".join(parts).rstrip() + "\n"
 
@@ -151,7 +151,7 @@ def page_of_kind(studies: Sequence[Study], kind: str) -> str:
         *_pools(studies),
         *_by_kind_and_size(cases, studies[0].entry["truth"]),
         "\n## Every study\n",
-        _listed(studies),
+        _list_studies(studies),
         "\n## Verdicts that were not right\n",
         _wrong(studies, "cases"),
         *_section("Without the true entry: not flagged", _wrong(studies, "left_out")),
@@ -261,14 +261,14 @@ def _coverage(cases: Sequence[Outcome]) -> list[str]:
     )
 
 
-def _listed(studies: Sequence[Study]) -> str:
+def _list_studies(studies: Sequence[Study]) -> str:
     rows = []
     for study in studies:
         entry = study.entry
         rows.append(
             (
-                entry["id"], entry["date"], entry["git"] or "–", entry["series"] or "–", _ended(study),
-                *_right_and_exact(study.cases), _flagged(study), _settled(study),
+                entry["id"], entry["date"], entry["git"] or "–", entry["series"] or "–", _word_end(study),
+                *_right_and_exact(study.cases), _share_flagged(study), _share_settled(study),
             )
         )  # fmt: skip
     header = (
@@ -287,7 +287,7 @@ def _listed(studies: Sequence[Study]) -> str:
     return text + ("\nLost:\n\n" + "\n".join(lost) + "\n" if lost else "")
 
 
-def _ended(study: Study) -> str:
+def _word_end(study: Study) -> str:
     entry = study.entry
     words = ENDED[entry["outcome"]]
     worked, asked = entry.get("worked_through"), entry["plan"]["cases"]
@@ -300,11 +300,11 @@ def _right_and_exact(cases: Sequence[Outcome]) -> tuple[str, str]:
     return _short(rates["right verdicts"]), _short(rates["named exactly, or nothing rightly"])
 
 
-def _flagged(study: Study) -> str:
+def _share_flagged(study: Study) -> str:
     return _short(left_out_rates(study.left_out)[0][1])
 
 
-def _settled(study: Study) -> str:
+def _share_settled(study: Study) -> str:
     return _short(settled_rates(study.settled)[0][1])
 
 

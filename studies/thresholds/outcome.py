@@ -79,7 +79,7 @@ def _changed_figures(before: Outcome, after: Outcome) -> list[str]:
         if old is None and new is None:
             continue
         if old is None or new is None or not close(old, new):
-            told.append(f"{words} {_told(old)} → {_told(new)}")
+            told.append(f"{words} {_word_value(old)} → {_word_value(new)}")
     return told
 
 
@@ -91,7 +91,7 @@ def _same_ratio(old: float, new: float) -> bool:
     return abs(new - old) <= LEAST_NOISE * abs(old)
 
 
-def _told(value: float | None) -> str:
+def _word_value(value: float | None) -> str:
     return "none" if value is None else f"{value:.3g}"
 
 

@@ -65,7 +65,7 @@ def counts(stored: Row) -> dict[str, int]:
         key for key in read if key not in changing and any(run["cost"] is not None for run in _runs(stored, key))
     ]
     rest = [key for key in read if key not in (*changing, *costing)]
-    steady = [key for key in rest if len(_runs(stored, key)) == _planned(stored, key)]
+    steady = [key for key in rest if len(_runs(stored, key)) == _count_planned(stored, key)]
     return {
         "thresholds": len(keys),
         "read": len(read),
@@ -74,7 +74,7 @@ def counts(stored: Row) -> dict[str, int]:
         "steady": len(steady),
         "open": len(rest) - len(steady),
         "runs": sum(len(_runs(stored, key)) for key in keys),
-        "planned": sum(_planned(stored, key) for key in keys),
+        "planned": sum(_count_planned(stored, key) for key in keys),
     }
 
 
@@ -143,7 +143,9 @@ def _cell(stored: Row, threshold: Row, change: str) -> str:
     if not readers:
         return "not read by the panel"
     runs = stored["changes"].get(key, {}).get(change, {})
-    told = [f"*{case}*: {_told(run)}" for case, run in runs.items() if run["differences"] or run["cost"] is not None]
+    told = [
+        f"*{case}*: {_word_run(run)}" for case, run in runs.items() if run["differences"] or run["cost"] is not None
+    ]
     quiet = sum(not run["differences"] and run["cost"] is None for run in runs.values())
     if quiet:
         told.append(
@@ -154,7 +156,7 @@ def _cell(stored: Row, threshold: Row, change: str) -> str:
     return "; ".join(told)
 
 
-def _told(run: Row) -> str:
+def _word_run(run: Row) -> str:
     told = [f"**{text}**" for text in run["differences"]]
     if run["cost"] is not None:
         told.append(f"{run['cost']:.2g} × the simulations")
@@ -176,7 +178,7 @@ def _readers(stored: Row, key: str) -> list[str]:
     return [name for name, made in stored["delivered"].items() if key in made["read"] or key in made["read_as_loaded"]]
 
 
-def _planned(stored: Row, key: str) -> int:
+def _count_planned(stored: Row, key: str) -> int:
     threshold = next(t for t in stored["thresholds"] if _key(t) == key)
     return len(_readers(stored, key)) * sum(threshold[change] is not None for change in ("halved", "doubled"))
 

@@ -179,7 +179,7 @@ class Study:
                     continue
                 noted = run_apart(Run(case=case, campaign=folder, note=True), self.limit_s)
                 plain = run_apart(Run(case=case, campaign=folder), self.limit_s)
-                self.stored["delivered"][case.name] = _joined(case.name, noted, plain)
+                self.stored["delivered"][case.name] = _join_notes(case.name, noted, plain)
                 self.keep()
                 bar.update()
 
@@ -288,7 +288,7 @@ class Study:
         return self.minutes is not None and time.monotonic() - self.began > 60.0 * self.minutes
 
 
-def _joined(name: str, noted: dict[str, Any], plain: dict[str, Any]) -> dict[str, Any]:
+def _join_notes(name: str, noted: dict[str, Any], plain: dict[str, Any]) -> dict[str, Any]:
     """Return the delivered outcome with what was read, where both runs came to the same."""
     if "failed" in plain or "failed" in noted:
         msg = f"case {name!r} as delivered: {plain.get('failed', noted.get('failed'))}"
