@@ -77,26 +77,7 @@ class TwoStep:
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """Simulate one run; the readings come from the fine step, the sensitivities from the coarse one.
-
-        Parameters
-        ----------
-        theta
-            Parameters in the order of ``equations.parameters``, shape (n_p,).
-        run
-            Run whose torque drives the joint.
-        x0
-            Initial state, shape (n_x,); the first sample at its measured speed or at rest where None.
-        gain
-            Observer gain [1/s].
-        sensitivities
-            Whether to return derivatives with respect to parameters and initial state.
-
-        Returns
-        -------
-        Trajectory
-            Readings [rad], shape (n_t, n_y); NaN after the state has left the finite numbers.
-        """
+        """See `identification.simulators.protocol.Simulator`: readings of the fine step, slopes of the coarse one."""
         if not sensitivities:
             return self.fine.simulate(theta, run, x0=x0, gain=gain)
         rough = self.coarse.simulate(theta, run, x0=x0, gain=gain, sensitivities=True)

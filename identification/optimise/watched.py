@@ -43,18 +43,7 @@ class Watched:
         what: str = "",
         watch: Watch | None = None,
     ) -> list[T]:
-        """Run tasks until enough are done, and tell how far they are.
-
-        Parameters
-        ----------
-        function, tasks, more, what, watch
-            As in `identification.optimise.workers.Workers.until`; without ``what`` nothing is told.
-
-        Returns
-        -------
-        list
-            As there.
-        """
+        """See `identification.optimise.workers.Workers`; without ``what`` nothing is told."""
         if not what:
             return self.workers.until(function, tasks, more, watch=watch)
         stage = _Stage(tell=self.tell, what=what, count=len(tasks), before=self._before)

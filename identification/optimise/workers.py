@@ -104,22 +104,7 @@ class Here:
         what: str = "",  # noqa: ARG002 (who tells, knows it)
         watch: Watch | None = None,
     ) -> list[T]:
-        """Run tasks one after the other until enough are done.
-
-        Parameters
-        ----------
-        function
-            Function of a task's arguments.
-        tasks
-            Arguments of the tasks, in their order.
-        more, what, watch
-            As in `Workers.until`.
-
-        Returns
-        -------
-        list
-            Results of the first tasks, in order.
-        """
+        """See `Workers`."""
         results: list[T] = []
         for number, task in enumerate(tasks):
             if more(results) <= 0:
@@ -170,22 +155,7 @@ class Submitting:
         what: str = "",  # noqa: ARG002 (the same)
         watch: Watch | None = None,
     ) -> list[T]:
-        """Run tasks until enough are done; as many tasks as there are workers run from the beginning.
-
-        Parameters
-        ----------
-        function
-            Function of a task's arguments.
-        tasks
-            Arguments of the tasks, in their order.
-        more, what, watch
-            As in `Workers.until`.
-
-        Returns
-        -------
-        list
-            Results of the first tasks, in order; tasks beyond them are cancelled.
-        """
+        """See `Workers`; as many tasks run as there are workers, and those beyond the needed ones are cancelled."""
         futures: list[Any] = []
         results: list[T] = []
         with nullcontext() if watch is None or not self.here else Mailbox() as mailbox:

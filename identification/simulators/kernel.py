@@ -81,25 +81,7 @@ class KernelSimulator:
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """Simulate a run by the compiled kernel; see `identification.simulators.protocol.Simulator`.
-
-        Parameters
-        ----------
-        theta
-            Parameters in the order of ``equations.parameters``, shape (n_p,).
-        run
-            Times, torques and, for the observer, measured positions.
-        x0
-            Initial state, shape (n_x,); `initial_state` where None.
-        gain
-            Observer gain L [1/s]; 0 simulates freely.
-        sensitivities
-            Whether the derivatives of the outputs are computed too.
-
-        Returns
-        -------
-        Trajectory
-        """
+        """See `identification.simulators.protocol.Simulator`."""
         start = initial_state(self.equations, run) if x0 is None else x0
         inputs, linear = observer_inputs(run, gain), observer_hold(run)
         if not sensitivities:

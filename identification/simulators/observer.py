@@ -55,23 +55,5 @@ class Observed:
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """Simulate a run through the observer; see `identification.simulators.protocol.Simulator`.
-
-        Parameters
-        ----------
-        theta
-            Parameters in the order of ``equations.parameters``, shape (n_p,).
-        run
-            Times, torques and measured positions.
-        x0
-            Initial state, shape (n_x,); that of the base where None.
-        gain
-            Observer gain L [1/s]; raised to ``least`` where it is below.
-        sensitivities
-            Whether the derivatives of the outputs are computed too.
-
-        Returns
-        -------
-        Trajectory
-        """
+        """See `identification.simulators.protocol.Simulator`; a gain below ``least`` is raised to it."""
         return self.base.simulate(theta, run, x0=x0, gain=max(gain, self.least), sensitivities=sensitivities)

@@ -104,22 +104,7 @@ class KernelForward:
         return self._with_step(thetas, run, x0, self.step)
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """Return the positions of a fine inner step minus those of this one; see `Forward`.
-
-        Parameters
-        ----------
-        thetas
-            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
-        run
-            The run.
-        x0
-            Initial state, shape (n_x,).
-
-        Returns
-        -------
-        ndarray, shape (n_sets, n_t)
-            Difference [rad]; 0 where ``step`` is at most `THRESHOLDS.inner_step_of_correction_s`.
-        """
+        """See `Forward`; 0 where ``step`` is at most `THRESHOLDS.inner_step_of_correction_s`."""
         if self.step <= THRESHOLDS.inner_step_of_correction_s:
             return np.zeros((len(thetas), run.t.size))
         return self._with_step(thetas, run, x0, THRESHOLDS.inner_step_of_correction_s) - self(thetas, run, x0)
@@ -145,22 +130,7 @@ class OwnStep:
     __slots__ = ()
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
-        """Return zeros: the inner step is taken as it is; see `Forward`.
-
-        Parameters
-        ----------
-        thetas
-            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
-        run
-            The run.
-        x0
-            Not used.
-
-        Returns
-        -------
-        ndarray, shape (n_sets, n_t)
-            Zeros, in the unit of the results.
-        """
+        """See `Forward`; zeros, because the inner step is taken as it is."""
         return np.zeros((len(thetas), run.t.size))
 
 
