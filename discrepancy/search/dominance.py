@@ -11,15 +11,18 @@ near.
 
 from __future__ import annotations
 
+import numpy as np
+
 from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import refit_with
 from haptid.discrepancy.search.observer_search import Lead, UnderObserver, extend_lead, fit_lead
 from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
 
 
-def dominant(s: Searcher, at: UnderObserver, best: Trial, start: Trial) -> Trial | None:
+def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Trial) -> Trial | None:
     """Return the model with those effects that no other comes near.
 
     Parameters
@@ -28,10 +31,12 @@ def dominant(s: Searcher, at: UnderObserver, best: Trial, start: Trial) -> Trial
         Tools of the search.
     at
         Study and signatures under the observer.
-    best
-        Best model, which leaves more than noise.
+    near
+        Model whose effects are in question; it leaves more than noise.
     start
         Nominal model.
+    best
+        Best model. Where it leaves noise alone, what it leaves under the observer is the noise, whatever is stated.
 
     Returns
     -------
@@ -39,39 +44,45 @@ def dominant(s: Searcher, at: UnderObserver, best: Trial, start: Trial) -> Trial
         The model, or the one without the effects that others could replace; None where none stands out, or where the
         model leaves too much of the gap.
     """
-    effects, values = best.solution.effects, best.solution.values
-    if not effects or at.start.excess(at.study.rows) <= 0.0:
+    effects, values = near.solution.effects, near.solution.values
+    noise = float(at.study.rows)
+    if best.adequate:
+        whole = fit_lead(s, at.study, best.solution.effects, best.solution.values, at.gains)
+        noise = min(noise, whole.cost)
+    if not effects or at.start.cost <= noise:
         return None
     full = fit_lead(s, at.study, effects, values, at.gains)
     while full.effects:
-        kept = tuple(e for e in full.effects if _stands_out(s, at, full, e))
+        kept = tuple(e for e in full.effects if _stands_out(s, at, full, e, noise))
         if kept == full.effects:
             break
         full = fit_lead(s, at.study, kept, full.fit.values, at.gains)
     if not full.effects:
         return None
-    found = best
+    found = near
     if full.effects != effects:
-        found = s.trial(refit_with(s.study, best.solution, full.effects, values), start.candidate)
-    return found if found.held_out >= 0.0 and not found.at_bound and closes_most(found, start) else None
+        found = s.trial(refit_with(s.study, near.solution, full.effects, values), start.candidate)
+    shown = found.held_out >= THRESHOLDS.verdict.least_evidence_of_each_name
+    return found if shown and not found.at_bound and closes_most(s.study, found, start) else None
 
 
-def _stands_out(s: Searcher, at: UnderObserver, full: Lead, effect: Effect) -> bool:
-    """Say whether any other effect in the place of this one leaves far more under the observer."""
-    rows = at.study.rows
+def _stands_out(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noise: float) -> bool:
+    """Say whether any other effect in the place of this one leaves far more under the observer, beyond the noise."""
     others = tuple(e for e in full.effects if e is not effect)
     rest = fit_lead(s, at.study, others, full.fit.values, at.gains)
     alike = {effect.id, *s.rivals(effect.key)}
     replaced = [lead for lead in extend_lead(s, at, rest) if lead.effects[-1].id not in alike]
-    next_best = min(lead.excess(rows) for lead in (rest, *replaced))
-    return full.excess(rows) <= THRESHOLDS.search.largest_excess_over_replacement * next_best
+    next_best = min(lead.cost - noise for lead in (rest, *replaced))
+    return full.cost - noise < THRESHOLDS.search.largest_excess_over_replacement * next_best
 
 
-def closes_most(found: Trial, start: Trial) -> bool:
+def closes_most(study: Study, found: Trial, start: Trial) -> bool:
     """Say whether a model leaves a small share of what the nominal model leaves of held-out runs.
 
     Parameters
     ----------
+    study
+        Study of both.
     found
         Trial with effects.
     start
@@ -80,7 +91,11 @@ def closes_most(found: Trial, start: Trial) -> bool:
     Returns
     -------
     bool
-        By the mean squares of measured − simulated, noise included. False where every run was fitted.
+        By the mean squares of measured − simulated beyond the sensor's noise. False where every run was fitted.
     """
-    left, before = (sum(rms**2 for rms in t.candidate.prediction.rms) for t in (found, start))
-    return left < THRESHOLDS.search.largest_share_left_by_names * before
+    noise = [float(np.mean(np.square(run.sensor_std))) for run in study.unseen]
+
+    def beyond(trial: Trial) -> float:
+        return sum(max(rms**2 - own, 0.0) for rms, own in zip(trial.candidate.prediction.rms, noise, strict=True))
+
+    return beyond(found) < THRESHOLDS.search.largest_share_left_by_names * beyond(start)

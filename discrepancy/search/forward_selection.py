@@ -118,7 +118,7 @@ def _law_alone(other: OtherLaw, plain: Solution, begun: _Begun) -> Search | None
     None where the law leaves noise alone, so that the catalogue has to be scored beside it, or too much of the gap.
     """
     start = first_tests(other.study, score_candidate(other.study, plain, plain.calls))
-    if start.passes or not closes_most(start, begun.start):
+    if start.passes or not closes_most(other.study, start, begun.start):
         return None
     calls = other.base.calls + plain.calls
     return Search(
@@ -339,12 +339,34 @@ def _forward_from_leads(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[
         explained = best is not None and explains_all(trials)
         if best is not None and explained and not (best is not near and _is_weak(best, s.study)):
             return trials, best, ()
-        if near is not None and (stands := dominant(s, led.at, near, start)) is not None:
+        if near is not None and (stands := dominant(s, led.at, near, start, best or near)) is not None:
             return [*trials, stands], stands, tuple(e.key for e in stands.solution.effects)
         if explained or _is_hopeless(led):
             return trials, best or start, ()
     made, best = _forward(s, start, begun)
-    return [*trials, *made], chosen([t for t in trials if t.adequate]) or best, ()
+    best = chosen([t for t in trials if t.adequate]) or best
+    stands = _standing(s, best, made, begun)
+    if stands is None:
+        return [*trials, *made], best, ()
+    return [*trials, *made, stands], stands, tuple(e.key for e in stands.solution.effects)
+
+
+def _standing(s: Searcher, best: Trial, made: Sequence[Trial], begun: _Begun) -> Trial | None:
+    """Return the effects that no other comes near, where they leave more than noise, or what held-out runs hardly show.
+
+    The formula of a machine is only near that of the catalogue, and a further effect that is hardly seen mends it.
+    """
+    near = best
+    if best.adequate:
+        fewer = {e.key for e in best.solution.effects[:-1]}
+        extended = [t for t in made if {e.key for e in t.solution.effects} == fewer]
+        if not (extended and fewer and _is_weak(best, s.study)):
+            return None
+        near = min(extended, key=lambda t: t.candidate.criterion)
+    if not near.solution.effects:
+        return None
+    at = begin_under_observer(s, begun.white) if begun.led is None else begun.led.at
+    return dominant(s, at, near, begun.start, best)
 
 
 def _is_hopeless(led: Led) -> bool:
@@ -393,7 +415,7 @@ def _forward(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Tri
         if not (best.adequate or gets_on(best, before)):
             break
     if not any(t.adequate for t in (best, *trials)):
-        made = _two_at_once(s, leads, start, _anew)
+        made = _two_at_once(s, leads, start, _clear if _is_small(s, begun.white) else _anew)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
     # All effects were tried in vain: a score against the nominal model is then refuted, unless it is very low.
@@ -427,17 +449,32 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
                 pairs += _two_at_once(s, leads_of(begun, THRESHOLDS.search.most_leading_fits), start, _clear)
             if explains_all(pairs):
                 return trials + pairs, []
-    pairs += _two_at_once(s, leads_of(begun, 1), start, _anew) if all_far(trials) else []
+    if _is_small(s, white):
+        return trials + pairs, leads_of(begun, THRESHOLDS.search.most_leading_fits)
+    anew, leads = _from_first_guesses(s, start, white, first, begun, all_far=all_far(trials))
+    return trials + pairs + anew, leads
+
+
+def _from_first_guesses(
+    s: Searcher, start: Trial, white: Solution, first: Scan, begun: Sequence[Solution], *, all_far: bool
+) -> tuple[list[Trial], list[Solution]]:
+    """Try a second effect, then single effects, from the first guesses; trials and leads as `_first_step` has them."""
+    pairs = _two_at_once(s, leads_of(begun, 1), start, _anew) if all_far else []
     if explains_all(pairs):
-        return trials + pairs, []
+        return pairs, []
     s.tell("entries anew from the first guesses")
     fits = s.anew(first, white)
-    begun = s.best_of_each(begun, fits)
-    trials += s.step(start.candidate, fits)
-    leads = [lead for lead in leads_of(begun, THRESHOLDS.search.most_leading_fits) if keys_of(lead) not in s.extended]
-    if not explains_all(trials) and all_far(trials):
-        pairs, leads = pairs + _two_at_once(s, leads, start, _anew), []
-    return trials + pairs, leads
+    trials = s.step(start.candidate, fits)
+    leads = leads_of(s.best_of_each(begun, fits), THRESHOLDS.search.most_leading_fits)
+    leads = [lead for lead in leads if keys_of(lead) not in s.extended]
+    if not explains_all(trials) and all_far and all(t.left.far for t in trials):
+        return pairs + trials + _two_at_once(s, leads, start, _anew), []
+    return pairs + trials, leads
+
+
+def _is_small(s: Searcher, white: Solution) -> bool:
+    """Say whether so little is missing that the nominal model is near the joint: first guesses lead nowhere else."""
+    return white.chi2 <= THRESHOLDS.search.least_energy_for_observer * s.study.rows
 
 
 def explains_all(trials: Sequence[Trial]) -> bool:

@@ -124,8 +124,8 @@ class SearchThresholds:
     """Excess ‖r‖² of a model under the observer over that with the best other effect in the place of one, up to which
     that one stands out [1]."""
     largest_share_left_by_names: float = 0.06
-    """Largest share of the nominal model's mean square on held-out runs that a model may leave whose names stand though
-    it leaves more than noise [1]: three quarters of the gap are closed."""
+    """Largest share of the nominal model's mean square beyond the sensor's noise on held-out runs that a model may
+    leave whose names stand though it leaves more than noise [1]: three quarters of the gap are closed."""
     largest_excess_of_near_lead: float = 1.5
     """Excess ‖r‖² of a model over that of the best one, up to which its observer is released too [1]."""
 

@@ -130,10 +130,11 @@ def judge(study: Study, found: Search) -> Judgement:
 
 
 def _shape_of_rest(study: Study, found: Search, verdict: Verdict) -> Shape | None:
-    """Fit what has no name: all that is missing, or what is left beside effects that explain a part."""
+    """Fit what has no name: all that is missing, or what effects leave that explain a part, where that is much."""
     if verdict == "unlisted":
         return missing(study, found.plain.solution)
-    return missing(study, found.best.solution) if verdict == "partly_named" else None
+    much = verdict == "partly_named" and found.best.left.far
+    return missing(study, found.best.solution) if much else None
 
 
 def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
