@@ -440,7 +440,7 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     trials: list[Trial] = []
     pairs: list[Trial] = []
     for fits in _ways(s, start, white):
-        trials += s.step(start.candidate, fits[:1] if few else fits)
+        trials += s.step(start.candidate, _best_and_rivals(s, fits) if few else fits)
         if few or explains_all(trials):
             return trials, []
         if fits and fits[0].noise == Noise():
@@ -453,6 +453,12 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
         return trials + pairs, leads_of(begun, THRESHOLDS.search.most_leading_fits)
     anew, leads = _from_first_guesses(s, start, white, first, begun, all_far=all_far(trials))
     return trials + pairs + anew, leads
+
+
+def _best_and_rivals(s: Searcher, fits: Sequence[Solution]) -> list[Solution]:
+    """Return the best preliminary fit, and those of effects that are easily mistaken for its last effect."""
+    alike = s.rivals(fits[0].effects[-1].key) if fits else set()
+    return [fit for k, fit in enumerate(fits) if k == 0 or fit.effects[-1].id in alike]
 
 
 def _from_first_guesses(
