@@ -132,25 +132,26 @@ def _effects_first(
     is_enough: Callable[[Lead], bool],
 ) -> Led:
     """Choose effects under the law of the study; compare the other laws beside the first, and beside all of them."""
-    rows, beside, everything = at.study.rows, list[_Beside](), list[_Beside]()
+    rows, beside_first, beside_all = at.study.rows, list[_Beside](), list[_Beside]()
 
     def ends(first: Lead) -> bool:
         """Say whether the first effect is enough, or whether the friction is to be changed before the next."""
         if is_enough(first):
             return True
-        beside.extend(_under_each(others, first))
-        return any(_leaves_far_less(made.fit, first, rows) for made in beside)
+        beside_first.extend(_under_each(others, first))
+        return any(_leaves_far_less(law.fit, first, rows) for law in beside_first)
 
     rounds = follow_leads(s, at, at.start, extended, ends)
     own = Led(law=None, at=at, leads=_worth_releasing(rounds))
     if len(rounds) > 1 and rounds[-1][0].is_far(rows):
-        everything.extend(_under_each(others, rounds[-1][0]))
-    best = min([*beside, *everything], key=lambda made: made.fit.cost, default=None)
+        beside_all.extend(_under_each(others, rounds[-1][0]))
+    best = min([*beside_first, *beside_all], key=lambda law: law.fit.cost, default=None)
     if best is not None and best.leaves_less_than(rounds[-1][0], rows):
         return best.other.led(best.fit)
-    early = min(beside, key=lambda made: made.fit.cost, default=None)
-    if early is not None and early.leaves_less_than(early.known, rows) and early.fit.cost < rounds[1][0].cost:
-        instead = early.other.led(early.fit)
+    first = min(beside_first, key=lambda law: law.fit.cost, default=None)
+    # A law that leaves less than the only effect was followed above, so that there is a second one here.
+    if first is not None and first.leaves_less_than(first.known, rows) and first.fit.cost < rounds[1][0].cost:
+        instead = first.other.led(first.fit)
         return instead if instead.explains_more_than(own, rows) else own
     return own
 

@@ -210,7 +210,12 @@ def test_an_interrupted_study_stays_in_the_ledger_with_what_it_worked_through(tm
     out, ledger = tmp_path / "out", tmp_path / "ledger.json"
     asked = ["--cases", "2", "--kinds", "single", "--effects", "cogging", "--sizes", "small", "--inputs", "rich"]
     asked += ["--out", str(out), "--ledger", str(ledger), "--workers", "1", "--quiet"]
-    done = CliRunner().invoke(main, asked)
+    # A background job inherits that it is ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        done = CliRunner().invoke(main, asked)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert done.exit_code == 130, done.output
     (entry,) = read_ledger(ledger)
     assert (entry["outcome"], entry["worked_through"]) == ("interrupted", 1)
