@@ -196,8 +196,7 @@ class Searcher:
             # Once one trial is adequate, only its rivals matter: fits that come near its likelihood. Until then the
             # number of fits is bounded, and more tightly where even the best are far from noise.
             if any(t.adequate for t in trials):
-                limit = max(t.solution.log_likelihood for t in trials) - THRESHOLDS.search.rival_log_likelihood_gap
-                ready = [s for s in ready if s.log_likelihood > limit]
+                ready = self._near_the_best(trials, ready)
             else:
                 all_far = all(t.left.far for t in trials)
                 if len(trials) >= (min(THRESHOLDS.search.most_finished_if_all_far, most) if all_far else most):
@@ -210,6 +209,14 @@ class Searcher:
                 trials.append(made)
         trials = self.with_twins(current, trials)
         return trials if freed else self.with_best_freed(current, trials)
+
+    def _near_the_best(self, trials: Sequence[Trial], ready: Sequence[Solution]) -> list[Solution]:
+        """Keep preliminary fits that come near the best trial; a declared rival may be further from its optimum."""
+        best = max(trials, key=lambda t: t.solution.log_likelihood).solution
+        alike = self.rivals(best.effects[-1].key) if best.effects else set()
+        near = best.log_likelihood - THRESHOLDS.search.rival_log_likelihood_gap
+        far = best.log_likelihood - THRESHOLDS.search.declared_rival_log_likelihood_gap
+        return [s for s in ready if s.log_likelihood > (far if s.effects[-1].id in alike else near)]
 
     def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
         """Add trials with the same equations as an adequate one, started at its optimum: neither of them is better.

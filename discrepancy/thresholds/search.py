@@ -40,6 +40,9 @@ class SearchThresholds:
     rival_log_likelihood_gap: float = 40.0
     """Difference of log-likelihood from the best adequate fit within which a preliminary fit is finished as a rival
     [1]."""
+    declared_rival_log_likelihood_gap: float = 120.0
+    """The same for an effect that the catalogue calls a rival of the best one's [1]: its preliminary fit of a few
+    simulations may be far from converged. A soft saturation, fitted to the end as likely as the best, was 46 behind."""
     least_lead_of_restart_over_excess: float = 0.05
     """Share of the excess energy of a finished fit by which a new start with the same effects must be ahead to be
     finished too [1]."""

@@ -98,8 +98,9 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
         draw = _surface if shape.alone else _line
         draw(made, shape, prismatic)
     band = "its standard error beside it" if shape.alone else "with ±2 standard errors"
+    lacks = "the named effects leave" if shape.beside else "the base model lacks"
     caption = (
-        f"The torque that the base model lacks, counted as the drive's is, as a function of {names} fitted together "
+        f"The torque that {lacks}, counted as the drive's is, as a function of {names} fitted together "
         f"with all its parameters, {band}. What springs, friction and gain of the base hold, a constant and straight "
         "lines over position, speed or torque, is left out."
     )
