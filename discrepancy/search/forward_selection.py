@@ -36,7 +36,7 @@ from haptid.discrepancy.search.observer_laws import Led, lead_on
 from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, release_leads
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
-from haptid.discrepancy.search.tools import Searcher, first_tests
+from haptid.discrepancy.search.tools import Searcher, first_tests, leaves_much
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
@@ -74,7 +74,7 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ign
     """
     study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
     begun = _begin(study, base, tell)
-    if not begun.start.adequate and begun.white.chi2 > THRESHOLDS.search.least_energy_for_observer * study.rows:
+    if not begun.start.adequate and leaves_much(begun.white.chi2, study.rows):
         return _search_under_observer(begun, tell)
     others = other_laws(study, begun.start, begun.white, tell) if study.alone and not begun.start.adequate else ()
     if not others:
@@ -415,7 +415,7 @@ def _forward(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Tri
         if not (best.adequate or gets_on(best, before)):
             break
     if not any(t.adequate for t in (best, *trials)):
-        made = _two_at_once(s, leads, start, _clear if _is_small(s, begun.white) else _anew)
+        made = _two_at_once(s, leads, start, _anew if leaves_much(begun.white.chi2, s.study.rows) else _clear)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
     # All effects were tried in vain: a score against the nominal model is then refuted, unless it is very low.
@@ -449,7 +449,9 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
                 pairs += _two_at_once(s, leads_of(begun, THRESHOLDS.search.most_leading_fits), start, _clear)
             if explains_all(pairs):
                 return trials + pairs, []
-    if _is_small(s, white):
+    if not leaves_much(
+        white.chi2, s.study.rows
+    ):  # the nominal model is near the joint: first guesses lead nowhere else
         return trials + pairs, leads_of(begun, THRESHOLDS.search.most_leading_fits)
     anew, leads = _from_first_guesses(s, start, white, first, begun, all_far=all_far(trials))
     return trials + pairs + anew, leads
@@ -476,11 +478,6 @@ def _from_first_guesses(
     if not explains_all(trials) and all_far and all(t.left.far for t in trials):
         return pairs + trials + _two_at_once(s, leads, start, _anew), []
     return pairs + trials, leads
-
-
-def _is_small(s: Searcher, white: Solution) -> bool:
-    """Say whether so little is missing that the nominal model is near the joint: first guesses lead nowhere else."""
-    return white.chi2 <= THRESHOLDS.search.least_energy_for_observer * s.study.rows
 
 
 def explains_all(trials: Sequence[Trial]) -> bool:

@@ -22,7 +22,7 @@ from haptid.discrepancy.detect.score_tests import Score, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.fit.homotopy import Guided, start_holding_last_shape
 from haptid.discrepancy.fit.solution import Solution
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.tools import Searcher, leaves_much
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
@@ -141,7 +141,7 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     """
     study = s.side_by_side(THRESHOLDS.study.coarse_step_s)
     start = fit_lead(s, study, (), nominal.values, THRESHOLDS.search.gains_until_distinguishable)
-    if start.cost < THRESHOLDS.search.least_energy_for_observer * study.rows:  # it pushes aside what acts slowly
+    if not leaves_much(start.cost, study.rows):  # it pushes aside what acts slowly
         lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
         s.simulations += (lower.reached.calls - start.fit.reached.calls) * len(study.fitted)
         start = replace(start, fit=lower)

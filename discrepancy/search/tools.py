@@ -410,7 +410,7 @@ class Searcher:
 
     def _in_question(self, solution: Solution, scored: Sequence[Score]) -> int:
         """Count the effects whose scores do not rule them out beside the best; all of them where much is missing."""
-        if not scored or solution.chi2 > THRESHOLDS.search.least_energy_for_observer * self.study.rows:
+        if not scored or leaves_much(solution.chi2, self.study.rows):
             return len(scored)
         least = THRESHOLDS.search.least_score_share_of_small_effects * max(score.T for score in scored)
         return max(k + 1 for k, score in enumerate(scored) if least <= score.T)
@@ -722,6 +722,24 @@ def best_first(found: Sequence[Tried]) -> list[Tried]:
     # Sorted by falling cost, the last fit of each effect that enters the dict is its cheapest.
     best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].reached.cost)}
     return sorted(best.values(), key=lambda pair: pair[1].reached.cost)
+
+
+def leaves_much(chi2: float, rows: int) -> bool:
+    """Say whether a model leaves so much that its residual is no longer linear in what is missing.
+
+    Parameters
+    ----------
+    chi2
+        ‖r‖² over the stated noise.
+    rows
+        Number of scored residuals.
+
+    Returns
+    -------
+    bool
+        True beyond `least_energy_for_observer` a row.
+    """
+    return chi2 > THRESHOLDS.search.least_energy_for_observer * rows
 
 
 def effect_parameters(solution: Solution) -> int:
