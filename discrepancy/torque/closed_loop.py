@@ -41,17 +41,20 @@ class ClosedLoop:
     runs
         Number of runs of each use.
     squares
-        Mean square error of the position of each fitted run [rad²], or [m²], shape (n_runs,).
+        Mean square error of the position of each run [rad²], or [m²], by use, each of shape (n_runs,).
     """
 
     values: Mapping[str, float]
     mean_absolute: Mapping[str, float]
     rms: Mapping[str, float]
     runs: Mapping[str, int]
-    squares: Array
+    squares: Mapping[str, Array]
 
     def is_better_than(self, other: ClosedLoop) -> bool:
-        """Whether this model simulates the fitted runs better than another, by more than the runs differ.
+        """Whether this model simulates the recorded runs better than another, by more than the runs differ.
+
+        Runs that neither model was fitted to tell two models apart that follow the fitted ones alike, one of them with
+        more parameters. Where there are fewer than two of them, the fitted runs have to tell.
 
         Parameters
         ----------
@@ -63,8 +66,9 @@ class ClosedLoop:
         bool
             Whether the mean decrease of the square error exceeds its standard error over the runs.
         """
-        decrease = other.squares - self.squares
-        if decrease.size < 2:
+        decreases = [other.squares[use] - self.squares[use] for use in ("validate", "fit") if use in self.squares]
+        decrease = next((each for each in decreases if each.size > 1), None)
+        if decrease is None:
             return False
         error = float(np.std(decrease, ddof=1)) / np.sqrt(decrease.size)
         return bool(np.mean(decrease) > THRESHOLDS.torque.least_gain_in_standard_errors * error)
@@ -140,7 +144,7 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
         mean_absolute={use: float(np.mean([np.mean(np.abs(e)) for e in some])) for use, some in errors.items()},
         rms={use: float(np.mean([rms(e) for e in some])) for use, some in errors.items()},
         runs={use: len(some) for use, some in errors.items()},
-        squares=np.array([np.mean(e**2) for e in errors["fit"]]),
+        squares={use: np.array([np.mean(e**2) for e in some]) for use, some in errors.items()},
     )
 
 

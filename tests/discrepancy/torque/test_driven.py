@@ -117,9 +117,20 @@ def test_friction_by_load_is_found_in_the_torque_of_the_drive(study: TorqueStudy
     ("squares", "better"),
     [((4.0, 5.0, 6.0), True), ((1.1, 5.0, 0.2), False), ((1.0, 2.0, 3.0), False), ((0.5, 1.0, 1.5), False)],
 )
-def test_a_model_is_better_where_the_runs_agree_on_it(squares: tuple[float, ...], better: bool):
-    own, other = (
-        ClosedLoop(values={}, mean_absolute={}, rms={}, runs={"fit": 3}, squares=np.array(some))
-        for some in ((1.0, 2.0, 3.0), squares)
-    )
+@pytest.mark.parametrize("use", ["fit", "validate"])
+def test_a_model_is_better_where_the_runs_agree_on_it(squares: tuple[float, ...], better: bool, use: str):
+    own, other = (_loop_of({use: some}) for some in ((1.0, 2.0, 3.0), squares))
     assert own.is_better_than(other) is better
+
+
+@pytest.mark.parametrize(("held_out", "better"), [((4.0, 5.0), True), ((0.5, 0.6), False), ((4.0,), False)])
+def test_runs_that_no_model_was_fitted_to_decide_before_the_fitted_ones(held_out: tuple[float, ...], better: bool):
+    fitted = (1.0, 2.0, 3.0)
+    own = _loop_of({"fit": fitted, "validate": tuple(1.0 for _ in held_out)})
+    other = _loop_of({"fit": fitted, "validate": held_out})
+    assert own.is_better_than(other) is better
+
+
+def _loop_of(squares: dict[str, tuple[float, ...]]) -> ClosedLoop:
+    arrays = {use: np.array(some) for use, some in squares.items()}
+    return ClosedLoop(values={}, mean_absolute={}, rms={}, runs={}, squares=arrays)
