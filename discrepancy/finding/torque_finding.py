@@ -119,7 +119,8 @@ class TorqueFinding:
         """Verdict of INTERFACES.
 
         Names stand alone where they leave no more than does not repeat, or close nearly all that the best black box
-        closes; else they name a part. Where the runs do not tell one of them from another effect, they are ambiguous.
+        closes and most of what repeats; else they name a part. Where the runs do not tell one of them from another
+        effect, they are ambiguous.
         """
         told_apart = "ambiguous" if self.search.rivals else "named"
         gap, names = self.gaps["validate"], self.search.final.effects
@@ -131,7 +132,17 @@ class TorqueFinding:
         closed, possible = self.shares
         if possible is None or possible <= 0:
             return "partly_named"
-        return told_apart if closed >= THRESHOLDS.torque.least_share_of_black_box * possible else "partly_named"
+        enough = max(
+            THRESHOLDS.torque.least_share_of_black_box * possible,
+            THRESHOLDS.torque.least_share_of_repeated * self.repeated_share,
+        )
+        return told_apart if closed >= enough else "partly_named"
+
+    @property
+    def repeated_share(self) -> float:
+        """Share of the held-out residual's energy that repeats; where no position is passed again, all may."""
+        before = max(self.gaps["validate"].before, np.finfo(float).tiny)
+        return max(1.0 - ((self.floor or 0.0) / before) ** 2, 0.0)
 
     @property
     def shares(self) -> tuple[float, float | None]:

@@ -75,3 +75,5 @@ class TorqueThresholds:
     """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9
     """Least share of what the best black box closes that names have to close to stand alone."""
+    least_share_of_repeated: float = 0.5
+    """Least share of the energy that repeats that names have to close to stand alone: more than they leave of it."""
