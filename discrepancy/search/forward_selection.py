@@ -121,9 +121,12 @@ def _law_alone(other: OtherLaw, plain: Solution, begun: _Begun) -> Search | None
     if start.passes or not closes_most(other.study, start, begun.start):
         return None
     calls = other.base.calls + plain.calls
+    # A scatter that the law has beside it is judged by the law without it.
+    less = without_each(replace(begun.searcher, study=other.study), start, start)
     return Search(
-        study=other.study, base=other.base, plain=start, scan=begun.first, trials=(), best=start, standing=(MISSING,),
-        simulations=begun.searcher.simulations + calls * len(other.study.fitted), asked=begun.start,
+        study=other.study, base=other.base, plain=start, scan=begun.first, trials=(), best=start, less=less,
+        standing=(MISSING,), simulations=begun.searcher.simulations + calls * len(other.study.fitted),
+        asked=begun.start,
     )  # fmt: skip
 
 
