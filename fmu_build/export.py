@@ -26,6 +26,7 @@ from haptid.fmu_build.exchange.identification_json import (
     drive_of,
     entries_of,
     friction_by_joint,
+    inner_step_of,
     of_device,
     of_joint,
     read_identification,
@@ -94,7 +95,10 @@ def export_full(
     accuracy = without_replaced(
         accuracy_of_device(identification, device.name, folder, findings), identified, found, equations
     )
-    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy)
+    return build_fmu(
+        equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy,
+        step=inner_step_of(identification),
+    )  # fmt: skip
 
 
 def export_joint(
@@ -145,7 +149,10 @@ def export_joint(
     equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction, drive=drive)
     found = with_start_values(identified, start, equations)
     accuracy = without_replaced(accuracy_of_joint(identification, joint, folder), identified, found, equations)
-    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy)
+    return build_fmu(
+        equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy,
+        step=inner_step_of(identification, joint),
+    )  # fmt: skip
 
 
 def export_parameters(device: Device, identification: Mapping[str, Any], path: Path) -> Path:

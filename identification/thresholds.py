@@ -184,6 +184,8 @@ class Thresholds:
     """Damping λ of Levenberg-Marquardt [1] above which the minimiser stops."""
     least_actual_over_predicted_decrease: float = 1e-4
     """Actual over predicted decrease of the cost [1] above which a step is accepted."""
+    most_halvings_of_inner_step: int = 3
+    """Largest number of times that the model's own inner step is halved for a result [1]."""
     largest_inner_step_error_over_residual: float = 0.1
     """Largest change of the residual by halving the inner step, as a share of the residual's norm [1]: a coarser inner
     step is used up to it."""

@@ -19,6 +19,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.model.effects.effect import Effect
+from haptid.model.thresholds import THRESHOLDS as MODEL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,11 +64,13 @@ def refit(study: Study, found: Search, effects: tuple[Effect, ...], kind: Kind) 
         Where the compiler is missing or fails, the FMU cannot be loaded, or no start gives a finite simulation.
     """
     equations = study.equations(effects, joint=study.joint)
-    simulator = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
+    # Where the search needed a finer step than the FMU's own, the FMU needs it too.
+    step = min(MODEL.inner_step_s, study.factory.step)
+    simulator = FmuSimulator.of(identification_fmu(equations, kind=kind), equations).with_step(step)
     start = tuple(found.best.solution.values[p.id] for p in equations.parameters)
     # One start without observer is enough: the search has found the minimum by homotopy.
     options = FitOptions(starts=1, gains=(0.0,), start=start, weights=(1.0, 1.0))
-    return fit(simulator, (*study.fitted, *study.unseen, *study.sealed), options=options)
+    return fit(simulator, (*study.fitted, *study.unseen, *study.sealed), options=options).but(inner_step=step)
 
 
 def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy) -> Rebuilt:
@@ -108,5 +111,8 @@ def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy)
         for q, std in zip(equations.parameters, refitted.std, strict=True)
     }
     path = out / f"{name}.fmu"
-    fmu = build_fmu(equations, path, kind=kind, values=refitted.values, provenance=provenance, accuracy=accuracy)
+    fmu = build_fmu(
+        equations, path, kind=kind, values=refitted.values, provenance=provenance, accuracy=accuracy,
+        step=refitted.inner_step,
+    )  # fmt: skip
     return Rebuilt(fmu=fmu, fit=refitted)

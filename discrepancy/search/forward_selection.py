@@ -337,7 +337,8 @@ def _forward_from_leads(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[
             trials += s.step(start.candidate, [fit for fit in released if len(fit.effects) < most], freed=True)
         near = chosen(trials)
         if near is not None and not explains_all(trials) and not near.left.far:
-            trials += s.step(near.candidate, s.ready(near.solution, THRESHOLDS.search.most_effects_continued))
+            further = s.step(near.candidate, s.ready(near.solution, THRESHOLDS.search.most_effects_continued))
+            trials = [*(_refute_score(s, t, further) if t is near else t for t in trials), *further]
         best = chosen(trials)
         explained = best is not None and explains_all(trials)
         if best is not None and explained and not (best is not near and _is_weak(best, s.study)):
@@ -413,6 +414,7 @@ def _forward(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Tri
         made += prune_stand_ins(s, made, start)
         trials += made
         if (winner := chosen(made)) is None:
+            best = _refute_score(s, best, made)
             break
         best, before = winner, best
         if not (best.adequate or gets_on(best, before)):
@@ -421,10 +423,21 @@ def _forward(s: Searcher, start: Trial, begun: _Begun) -> tuple[list[Trial], Tri
         made = _two_at_once(s, leads, start, _anew if leaves_much(begun.white.chi2, s.study.rows) else _clear)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
-    # All effects were tried in vain: a score against the nominal model is then refuted, unless it is very low.
-    if best is start and not any(t.acceptable for t in trials):
-        best = replace(start, refuted=True)
+    if best is start:
+        best = _refute_score(s, start, trials)
     return trials, best
+
+
+def _refute_score(s: Searcher, model: Trial, further: Sequence[Trial]) -> Trial:
+    """Refute the score of an effect against a model where all effects were tried beside it in vain.
+
+    It stands where it is very low. A score counts all rows as independent; what an encoder's steps leave is correlated
+    with the motion, so that an effect scores that predicts nothing.
+    """
+    if any(t.acceptable for t in further):
+        return model
+    refuted = replace(model, refuted=True)
+    return s.with_constancy(refuted) if refuted.adequate and not model.adequate else refuted
 
 
 def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], list[Solution]]:

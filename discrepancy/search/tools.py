@@ -157,11 +157,28 @@ class Searcher:
         # enough; parameter constancy comes last because it fits all runs anew.
         if judged.passes:
             judged = replace(judged, left_p=self.scan(solution).family_p)
-        if judged.adequate and solution.effects:
-            p, calls = constancy(self.study, solution)
-            self.simulations += calls
-            judged = replace(judged, constant_p=p)
+        if judged.adequate:
+            judged = self.with_constancy(judged)
         return judged if before is None else judged.against(before)
+
+    def with_constancy(self, judged: Trial) -> Trial:
+        """Test whether the parameters of a model's effects are the same in all runs.
+
+        Parameters
+        ----------
+        judged
+            Trial without this test.
+
+        Returns
+        -------
+        Trial
+            The trial with `constant_p`; as it is without effects.
+        """
+        if not judged.solution.effects:
+            return judged
+        p, calls = constancy(self.study, judged.solution)
+        self.simulations += calls
+        return replace(judged, constant_p=p)
 
     def step(
         self,

@@ -118,6 +118,7 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     provenance: Mapping[str, Provenance | str] | None = None,
     accuracy: Accuracy = FIRST_GUESSES,
     platforms: tuple[Platform, ...] | None = None,
+    step: float = THRESHOLDS.inner_step_s,
 ) -> Fmu:
     """Build the FMU of some equations.
 
@@ -140,6 +141,8 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
         How good the values are; the FMU carries it below ``extra/haptid`` and on its page.
     platforms
         For which to carry binaries; all where None, this machine's alone for identification.
+    step
+        Longest inner step [s].
 
     Returns
     -------
@@ -157,7 +160,7 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     if identification and kind == "native3":
         raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")
     equations = with_room_for_draws(equations, accuracy)
-    interface = interface_for(equations, kind=kind, identification=identification, values=values)
+    interface = interface_for(equations, kind=kind, identification=identification, values=values, step=step)
     if platforms is None:
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out{_origin_of_values(equations, provenance or {}, accuracy)}"

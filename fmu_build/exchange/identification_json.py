@@ -14,6 +14,7 @@ from haptid.model.equations.drive import Controller, Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.model.joint.parameter_table import all_ids, parameter_rows
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 
@@ -288,3 +289,23 @@ def _of(parameters: Mapping[str, Any], test: str, campaign: str) -> Identified:
         values={id: float(entry["value"]) for id, entry in parameters.items()},
         provenance=origins,
     )
+
+
+def inner_step_of(identification: Mapping[str, Any], joint: int | None = None) -> float:
+    """Return the inner step that the fits of a result needed.
+
+    Parameters
+    ----------
+    identification
+        Content of an ``identification.json``.
+    joint
+        Number of a joint that was tested alone; None for all configurations.
+
+    Returns
+    -------
+    float
+        The shortest of these configurations [s]; the model's own step where none needed a shorter one.
+    """
+    found = identification["configurations"]
+    of_joint = [one for one in found if joint is None or one["free_joints"] == [joint]]
+    return min((one.get("inner_step_s", MODEL.inner_step_s) for one in of_joint), default=MODEL.inner_step_s)

@@ -20,6 +20,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.processes.threads import map_threads
 
 
@@ -126,6 +127,7 @@ def compare(  # noqa: PLR0913 # both models, the runs, and how the runs were rec
     threads: int = 1,
     with_delay: bool = True,
     torque_scored: bool = False,
+    step: float = MODEL.inner_step_s,
 ) -> Compared:
     """Fit the plain model and compute the figures of both models on all runs that are not excluded.
 
@@ -147,6 +149,8 @@ def compare(  # noqa: PLR0913 # both models, the runs, and how the runs were rec
         Whether the recorded torque may have a delay: not where it was computed along the motion.
     torque_scored
         Whether the parameters were fitted to the torque, with its delay; the position is fitted without one.
+    step
+        Longest inner step of the simulations [s].
 
     Returns
     -------
@@ -156,7 +160,7 @@ def compare(  # noqa: PLR0913 # both models, the runs, and how the runs were rec
     first = used[0]
     regressor = Regressor.of(device, first.free_joints, posture, first.prismatic)
     inverse = TorqueAlong.of(equations, regressor, first.prismatic)
-    simulator = KernelSimulator.of(equations)
+    simulator = KernelSimulator.of(equations).with_step(step)
     joints = range(len(first.free_joints))
     gain = np.array([inverse.value(theta, "Kp", k) for k in joints])
     baseline = fit_baseline(used, device, posture, gain.tolist(), with_delay=with_delay)

@@ -22,10 +22,11 @@ from haptid.model.equations.drive import Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.drive_terms import drive_quantities, torque_along
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.linear_algebra import column_rms
 
 
-def compare_driven(
+def compare_driven(  # noqa: PLR0913 # a model, its runs, and how they were recorded, fitted and simulated
     equations: Equations,
     theta: Array,
     runs: Sequence[Run],
@@ -34,6 +35,7 @@ def compare_driven(
     *,
     threads: int = 1,
     torque_scored: bool = False,
+    step: float = MODEL.inner_step_s,
 ) -> Compared:
     """Compute the figures of a driven joint's model and of the plain model.
 
@@ -53,6 +55,8 @@ def compare_driven(
         Threads that simulate the runs side by side.
     torque_scored
         Whether the parameters were fitted to the torque.
+    step
+        Longest inner step of the simulations [s].
 
     Returns
     -------
@@ -61,13 +65,13 @@ def compare_driven(
     """
     drive = equations.drive
     if drive is None:
-        return compare(equations, theta, runs, device, posture, threads=threads, torque_scored=torque_scored)
+        return compare(equations, theta, runs, device, posture, threads=threads, torque_scored=torque_scored, step=step)
     values = {q.id: float(value) for q, value in zip(equations.parameters, theta, strict=True)}
     rigid = without_drive(equations, drive, prismatic=bool(runs[0].prismatic[0]))
     torques = [with_torque(run, drive, values) for run in runs if run.use != "excluded"]
     rigid_theta = np.array([values[q.id] for q in rigid.parameters])
     # The back-EMF in this torque is computed from the motion, and cannot be late behind it.
-    compared = compare(rigid, rigid_theta, torques, device, posture, threads=threads, with_delay=False)
+    compared = compare(rigid, rigid_theta, torques, device, posture, threads=threads, with_delay=False, step=step)
     if not drive.is_closed:
         return compared
     models = {"model": np.asarray(theta, dtype=np.float64)}
@@ -76,7 +80,7 @@ def compare_driven(
         plain = with_constant_torque(plain, compared.baseline, rigid, torques)
         known = dict(zip((q.id for q in rigid.parameters), plain.tolist(), strict=True))
         models["baseline"] = np.array([known.get(q.id, values[q.id]) for q in equations.parameters])
-    simulator = KernelSimulator.of(equations)
+    simulator = KernelSimulator.of(equations).with_step(step)
     closed = {name: {run.file: _closed_rmse(simulator, at, run) for run in runs} for name, at in models.items()}
     figures: dict[tuple[str, str], dict[str, Figures]] = {}
     for run in runs:

@@ -132,11 +132,14 @@ class Figures:
         """Mean logarithm over torque and position: of the torque's RMS and of that over 1 s, or the longest below.
 
         Both count, because each fails where the other works: near resonance inertia and weight cancel in the torque,
-        and under feedback a simulation drifts. Infinite where a simulation did not stay finite.
+        and under feedback a simulation drifts. Where the free simulation of the whole run misses less than those of
+        1 s, it is the measured states they begin from that miss, and the free simulation counts. Infinite where a
+        simulation did not stay finite.
         """
         lengths = [h for h in self.horizon_rmse if float(h) <= THRESHOLDS.longest_judged_horizon_s]
         position = self.horizon_rmse[max(lengths, key=float)] if lengths else self.free_rmse
-        both = np.concatenate([self.torque_rmse, position])
+        # fmin passes over a free simulation that did not stay finite.
+        both = np.concatenate([self.torque_rmse, np.fmin(position, self.free_rmse)])
         return float(np.mean(np.log(both))) if np.isfinite(both).all() and (both > 0).all() else np.inf
 
     def as_json(self) -> dict[str, Any]:

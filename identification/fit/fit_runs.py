@@ -13,7 +13,8 @@
 5. Hold the fit against the plain model. Where that predicts the runs that no fit saw better, it is the result.
 6. Tell spring, gravity and stiction that the data do not need as absent (`identification.statistics.absent`).
 
-A fit on a bound that haptid chose is repeated within a wider range first (`identification.fit.own_bounds`).
+A fit on a bound that haptid chose is repeated within a wider range first (`identification.fit.own_bounds`). Where the
+error of the inner step shows beside the noise, it is repeated at a finer one (`identification.optimise.inner_step`).
 """
 
 from __future__ import annotations
@@ -31,22 +32,25 @@ from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
 from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros
+from haptid.identification.optimise.inner_step import finer_step
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.simulators.protocol import Simulator, at_step
 from haptid.identification.statistics.absent import (
     SPRING,
     with_absent_terms,
     without_absent_spring,
     without_spring,
 )
-from haptid.identification.statistics.jackknife import with_jackknife
+from haptid.identification.statistics.jackknife import unknowns_of, with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.numbers import plain
 
 
@@ -91,6 +95,8 @@ class JointTest:
         Threads that simulate the runs of `compare` side by side; the result does not depend on their number.
     guessed
         Whether the first guesses are those of the plain model of these runs, and not those of a device.
+    step
+        Longest inner step of the simulations [s].
     """
 
     equations: Equations
@@ -101,6 +107,21 @@ class JointTest:
     stated: tuple[str, ...] = ()
     threads: int = 1
     guessed: bool = False
+    step: float = MODEL.inner_step_s
+
+    def simulator(self, equations: Equations) -> Simulator:
+        """Build the simulator of equations at the inner step of the test.
+
+        Parameters
+        ----------
+        equations
+            Equations of the configuration.
+
+        Returns
+        -------
+        Simulator
+        """
+        return at_step(self.build(equations), self.step)
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -133,6 +154,7 @@ class JointTest:
             self.posture,
             threads=self.threads,
             torque_scored=torque_scored,
+            step=self.step,
         )
 
     def with_positions(self, found: Fit) -> JointTest:
@@ -184,7 +206,7 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
     settled = quiet(best.fit, options) and not best.torque_scored
     # The plain model of a drive stands on the torque that the fit gives it, and cannot replace that fit.
     if best.compared.plain_is_better and not settled and drive is None:
-        made = plain_fit(test.build(test.equations), best.fit, best.compared, test.runs)
+        made = plain_fit(test.simulator(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)
     return replace(best, fit=with_absent_terms(best.fit))
 
@@ -197,22 +219,27 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial)) if both else options
 
     def fit_position(equations: Equations, options: FitOptions) -> Fit:
-        return fit_simulated(test.build(equations), test.runs, options=options, workers=workers)
+        return fit_simulated(test.simulator(equations), test.runs, options=options, workers=workers)
 
     def fit_within(equations: Equations, options: FitOptions) -> Fit:
         # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
         return fit_within_own_bounds(fit_position, equations, test.runs, () if both else test.own, options)
 
     seen = fit_within(test.equations, trial)
+    if strategy.kind == "open_loop" and (finer := _at_needed_step(test, seen, options)) is not None:
+        again = options.but(
+            start=tuple(map(float, seen.theta)), starts=min(options.starts, THRESHOLDS.starts_of_refit)
+        )  # fmt: skip
+        return _best_of_both(finer, again, workers)
     if not both and not quiet(seen, options):
         seen = fit_with_zeros(fit_within, seen, test.runs, options) or seen
-    seen = _widen_above_noise(test, seen, options, workers)
+    seen = _widen_above_noise(test, seen, options, workers).but(inner_step=test.step)
     best = Fitted(fit=seen, torque_scored=False, compared=test.with_positions(seen).compare(seen.values))
     if quiet(seen, options) or not both:
         return best
     delay = best.compared.delay_s
     found = fit_torque(
-        test.equations, test.runs, stated=test.stated, delay=delay, position=test.build(test.equations),
+        test.equations, test.runs, stated=test.stated, delay=delay, position=test.simulator(test.equations),
         options=options, workers=workers,
     )  # fmt: skip
     over = plain(seen.basins[0].over_noise)
@@ -221,6 +248,14 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
     better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
     return scored if better else best
+
+
+def _at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:
+    """Return the test at the inner step that its minimum needs; None where the fit has it."""
+    runs = tuple(run for run in test.runs if run.use == "fit")
+    problem = Problem.of(test.build(found.equations), runs, options)
+    step = finer_step(problem, unknowns_of(problem, found))
+    return replace(test, equations=found.equations, step=step) if step < test.step else None
 
 
 def _widen_above_noise(test: JointTest, found: Fit, options: FitOptions, workers: Workers | None) -> Fit:
@@ -233,7 +268,7 @@ def _widen_above_noise(test: JointTest, found: Fit, options: FitOptions, workers
         return _without_identified(found)
     if found.outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY, Outcome.UNEXPLAINED):
         return found
-    simulator = test.build(found.equations)
+    simulator = test.simulator(found.equations)
     wider = with_jackknife(simulator, found, test.runs, options.but(gains=(0.0,)), workers)
     return _without_identified(wider) if found.outcome is Outcome.UNEXPLAINED else wider
 
@@ -259,7 +294,7 @@ def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -
     equations = restrain_stribeck(test.equations, test.runs, test.stated)
 
     def fit_closed(equations: Equations, options: FitOptions) -> Fit:
-        return fit(test.build(equations), test.runs, options=options, workers=workers)
+        return fit(test.simulator(equations), test.runs, options=options, workers=workers)
 
     none = without_spring(equations, test.own)
     found = fit_within_own_bounds(fit_closed, none or equations, test.runs, test.own, options)

@@ -7,6 +7,9 @@ depend on the coarser one.
 
 1. List inner steps from one per row down to the model's own, each half of the one before (`steps_of`).
 2. Simulate at each and at its half, and take the first one that meets the condition (`coarsen`).
+
+Bristles that settle within a few of the model's own steps need a finer one at the minimum itself: its error would be
+called a lack of the model where the sensor is better than that. The same condition decides (`finer_step`).
 """
 
 from __future__ import annotations
@@ -88,6 +91,36 @@ def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
             return at_inner_step(problem, step)
         now = finer
     return problem
+
+
+def finer_step(problem: Problem, x: Array) -> float:
+    """Choose the inner step of a result, whose integration error is small against the residual at its minimum.
+
+    Parameters
+    ----------
+    problem
+        Problem with the model's own inner step.
+    x
+        Unknowns at the minimum, shape (n,).
+
+    Returns
+    -------
+    float
+        The model's own inner step [s], or half of it, at most `THRESHOLDS.most_halvings_of_inner_step` times. The own
+        one where the simulator's inner step cannot be chosen, and where none of these meets the condition: a motion
+        that hangs on small errors converges with no step.
+    """
+    own = MODEL.inner_step_s
+    if not isinstance(problem.simulator, Stepped):
+        return own
+    steps = tuple(own / 2.0**k for k in range(THRESHOLDS.most_halvings_of_inner_step + 2))
+    residuals = _residuals(problem, steps, x, problem.options.gains[-1])
+    now = next(residuals)
+    for step, finer in zip(steps[:-1], residuals, strict=False):
+        if np.linalg.norm(finer - now) <= THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(finer):
+            return step
+        now = finer
+    return own
 
 
 def _residuals(problem: Problem, steps: tuple[float, ...], x: Array, gain: float) -> Iterator[Array]:

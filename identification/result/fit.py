@@ -14,6 +14,7 @@ import numpy as np
 from haptid.identification.result.outcome import Outcome
 from haptid.measurement.values.run import Array, freeze
 from haptid.model.equations.equations import Equations
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.linear_algebra import rms
 
 
@@ -147,6 +148,8 @@ class Fit:
         Gain [1/s] with which the measured position was fed back in the residuals and scores; 0 for a free simulation.
     profiles
         95 % intervals of the profile likelihood by id, where they were asked for.
+    inner_step
+        Longest inner step of the integration [s].
     """
 
     equations: Equations
@@ -170,6 +173,7 @@ class Fit:
     notes: tuple[str, ...] = field(default=())
     observer_gain: float = 0.0
     profiles: Mapping[str, Interval] = field(default_factory=dict)
+    inner_step: float = MODEL.inner_step_s
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -18,6 +18,7 @@ from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.encoder_zero import with_encoder_zeros, zero_states
+from haptid.model.thresholds import THRESHOLDS as MODEL
 
 SCHEMA = "identification/1"
 
@@ -86,6 +87,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "encoder_zeros": _zeros_json(fit),
         "initial_states": {file: x.tolist() for file, x in fit.x0.items()},
         "sigma": {file: s.tolist() for file, s in fit.sigma.items()},
+        **({} if fit.inner_step == MODEL.inner_step_s else {"inner_step_s": fit.inner_step}),
     }
 
 
@@ -290,6 +292,7 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
             for id, one in by_id.items()
             if "profile_95" in one
         },
+        inner_step=entry.get("inner_step_s", MODEL.inner_step_s),
     )
 
 

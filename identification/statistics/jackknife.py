@@ -63,7 +63,7 @@ def with_jackknife(
         Where a run has a joint without sensor noise and resolution.
     """
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
-    x = _unknowns(problem, fit)
+    x = unknowns_of(problem, fit)
     parametrisation, n = problem.parametrisation, problem.n_parameters
     slope = parametrisation.slope(fit.theta)
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) / slope
@@ -150,7 +150,21 @@ def leave_out_blocks(roots: Sequence[Array], blocks: int) -> list[tuple[Array, .
     return made
 
 
-def _unknowns(problem: Problem, fit: Fit) -> Array:
+def unknowns_of(problem: Problem, fit: Fit) -> Array:
+    """Return the unknowns of a fit in a problem of the same runs.
+
+    Parameters
+    ----------
+    problem
+        Problem whose runs were fitted.
+    fit
+        Their fit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Scaled parameters, then the initial states of every run.
+    """
     x = problem.unknowns_at(fit.theta)
     for run, start, part in zip(problem.runs, problem.starts, problem.slices(), strict=True):
         index = list(start.states)

@@ -9,7 +9,7 @@ import pytest
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.identification.optimise.homotopy import descend
-from haptid.identification.optimise.inner_step import at_inner_step, coarsen, steps_of
+from haptid.identification.optimise.inner_step import at_inner_step, coarsen, finer_step, steps_of
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.fmu import FmuSimulator
@@ -64,6 +64,22 @@ def test_stiff_friction_gets_a_finer_step(problem):
     clean = run.but(y=problem.simulator.simulate(theta, run).y)
     exact = Problem.of(problem.simulator, (clean,), rough)
     assert coarsen(exact, exact.unknowns_at(theta), 0.0).simulator.step == THRESHOLDS.inner_step_s < calm
+
+
+@pytest.mark.parametrize("finer", [True, False])
+def test_a_result_has_a_finer_step_where_that_of_the_model_shows_beside_the_noise(problem, finer):
+    simulator, run = problem.simulator, problem.runs[0]
+    theta = np.array([TRUE.get(q.id, q.initial) for q in simulator.equations.parameters])
+    exact = simulator.with_step(THRESHOLDS.inner_step_s / 64).simulate(theta, run).y
+    error = float(np.sqrt(np.mean((simulator.simulate(theta, run).y - exact) ** 2)))
+    # The noise of a sensor that is as good as the step's error, and of one that hides it.
+    std = 0.3 * error if finer else 1e3 * error
+    noisy = exact + std * np.random.default_rng(1).standard_normal(exact.shape)
+    seen = Problem.of(simulator, (run.but(y=noisy, noise=np.array([std]), resolution=np.zeros(1)),), problem.options)
+    step = finer_step(seen, seen.unknowns_at(theta))
+    assert (step < THRESHOLDS.inner_step_s) == finer
+    left = at_inner_step(seen, step).blocks(seen.unknowns_at(theta)).residual
+    assert np.mean(left**2) < 1.1
 
 
 def test_minimum_is_that_of_the_models_own_step(problem):
