@@ -46,7 +46,30 @@ def at_step(study: Study, step: float) -> Study:
     Study
         The same study with a factory at that step.
     """
-    return replace(study, factory=Factory(step))
+    return replace(study, factory=replace(study.factory, step=step))
+
+
+def at_needed_step(study: Study, step: float) -> Study:
+    """Return the study at the inner step that its motion needs, with sensitivities and first tries that follow it.
+
+    A slope that is integrated at many times the step of the readings is that of another motion where bristles settle
+    within it, and a fit along it ends beside the minimum.
+
+    Parameters
+    ----------
+    study
+        Study at any inner step.
+    step
+        Longest inner step of the readings [s].
+
+    Returns
+    -------
+    Study
+        Its coarse step is at most `longest_coarse_step_over_needed` times that of the readings.
+    """
+    coarse = THRESHOLDS.study.longest_coarse_step_over_needed * step
+    share = min(1.0, coarse / THRESHOLDS.study.coarse_step_s)
+    return replace(study, factory=Factory(step, share))
 
 
 def readings(study: Study, solution: Solution, step: float) -> Array:
@@ -66,7 +89,7 @@ def readings(study: Study, solution: Solution, step: float) -> Array:
     ndarray
         Whitened readings over the sensor's standard deviation, shape (n_r,).
     """
-    simulator = Factory(step)(solution.equations)
+    simulator = replace(study.factory, step=step)(solution.equations)
     rows = [
         whiten(simulator.simulate(solution.theta, run, x0=x0).y / run.sensor_std).ravel()
         for run, x0, whiten in zip(study.fitted, solution.x0, solution.problem.whiteners, strict=True)

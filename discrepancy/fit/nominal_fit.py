@@ -5,6 +5,8 @@
 3. Fit from each start by homotopy, `starts_that_agree` starts side by side.
 4. Stop when `starts_that_agree` starts share the best minimum, so that a stuck optimiser does not pass for missing
    physics.
+5. Where the motion needs a far finer inner step than the starts had, or presliding is stiffer than the range that
+   haptid chose, fit again (`at_own_step`, `with_stiffer_presliding`).
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.result.fit import Fit
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array
+from haptid.model.friction.registry import law_named
 from haptid.noise.correlation import Noise
 from haptid.support.errors import NumericalError
 from haptid.support.listener import Progress, ignore_progress
@@ -149,3 +153,61 @@ def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int
     together = THRESHOLDS.fit.starts_that_agree
     for k in range(0, len(starts), together):
         yield from map_threads(one, starts[k : k + together], threads=study.threads)
+
+
+def at_own_step(study: Study, base: Base) -> Base:
+    """Fit the nominal model again, under white noise, at the inner step of a study.
+
+    Parameters
+    ----------
+    study
+        Study at the inner step that the motion needs.
+    base
+        Fit at another step.
+
+    Returns
+    -------
+    Base
+        With the minimum at that step, and the costs of the starts as they were.
+    """
+    solution = _again(study, base.solution)
+    return replace(base, solution=solution, calls=base.calls + solution.calls)
+
+
+def with_stiffer_presliding(study: Study, base: Base) -> tuple[Study, Base]:
+    """Widen the range of the stiffness in presliding as long as the nominal model ends on it and leaves less beyond.
+
+    That range is a guess from the travel where neither user nor device states it. A joint whose friction turns within
+    less would show a gap that is none of the joint's.
+
+    Parameters
+    ----------
+    study
+        Study with its nominal model.
+    base
+        Fit of the nominal model.
+
+    Returns
+    -------
+    study, base
+        Study with the range in which the fit was found, and the fit.
+    """
+    stiffness = law_named(study.base.friction[0]).roles.stiffness
+    if not study.alone or stiffness not in study.own:
+        return study, base
+    for _ in range(IDENTIFICATION.most_widenings_of_bounds):
+        found, upper = base.solution, study.base.parameter(stiffness).upper
+        if found.values[stiffness] < THRESHOLDS.fit.on_upper_end_of_range * upper:
+            break
+        ranges = {stiffness: {"upper": IDENTIFICATION.bounds_over_guess * upper}}
+        wider = replace(study, base=study.base.with_parameters(ranges))
+        again = _again(wider, found)
+        if not again.chi2 < (1.0 - IDENTIFICATION.largest_relative_cost_difference_in_basin) * found.chi2:
+            break
+        study, base = wider, replace(base, solution=again, calls=base.calls + again.calls)
+    return study, base
+
+
+def _again(study: Study, found: Solution) -> Solution:
+    iterations, tolerance = THRESHOLDS.fit.most_simulations_of_last_fit, THRESHOLDS.fit.nominal_tolerance_chi2
+    return solve(study, (), Noise(), found.values, x0=found.x0, iterations=iterations, tolerance=tolerance)

@@ -23,10 +23,10 @@ import numpy as np
 
 from haptid.discrepancy.candidate.candidate import Trial, chosen, keys_of
 from haptid.discrepancy.candidate.refit import score_candidate, settle, sharpen_jumps
-from haptid.discrepancy.detect.inner_step import at_step, step_for
+from haptid.discrepancy.detect.inner_step import at_needed_step, step_for
 from haptid.discrepancy.detect.score_tests import Scan, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
-from haptid.discrepancy.fit.nominal_fit import Base, fit_base
+from haptid.discrepancy.fit.nominal_fit import Base, at_own_step, fit_base, with_stiffer_presliding
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins, without_each
 from haptid.discrepancy.search.contenders import fit_contenders
@@ -41,6 +41,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
 from haptid.model.friction.registry import MISSING
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.noise.correlation import Colour, Noise
 from haptid.support.listener import Progress, ignore_progress
 
@@ -226,8 +227,14 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -
         Study at the inner step whose error is invisible at the nominal model, and the fit.
     """
     tell("base fit")
+    if study.carried is not None and study.carried.inner_step < MODEL.inner_step_s:
+        study = at_needed_step(study, study.carried.inner_step)
     base = fit_base(study, starts=starts, seed=seed, tell=tell)
-    return at_step(study, step_for(study, base.solution, share=THRESHOLDS.detect.step_error_share_of_excess)), base
+    step = step_for(study, base.solution, share=THRESHOLDS.detect.step_error_share_of_excess)
+    fine = at_needed_step(study, step)
+    if fine.factory.share < study.factory.share:
+        base = at_own_step(fine, base)
+    return with_stiffer_presliding(fine, base)
 
 
 def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:

@@ -139,7 +139,7 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     -------
     UnderObserver
     """
-    study = s.side_by_side(THRESHOLDS.study.coarse_step_s)
+    study = s.side_by_side(s.study.factory.coarse)
     start = fit_lead(s, study, (), nominal.values, THRESHOLDS.search.gains_until_distinguishable)
     if not leaves_much(start.cost, study.rows):  # it pushes aside what acts slowly
         lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
@@ -332,4 +332,4 @@ def release_leads(s: Searcher, leads: Sequence[Lead]) -> list[Solution]:
     list of Solution
         Free fits, best first by `Searcher.rank`.
     """
-    return s.release(s.side_by_side(THRESHOLDS.study.coarse_step_s), [(lead.effects, lead.fit) for lead in leads])
+    return s.release(s.side_by_side(s.study.factory.coarse), [(lead.effects, lead.fit) for lead in leads])

@@ -309,7 +309,7 @@ class Searcher:
         before = self.finished.get(keys_of(begun), ())
         for trial in sorted(before, key=lambda t: t.candidate.criterion)[:1]:
             effects, values = trial.solution.effects, trial.solution.values
-            rough = at_step(self.study, THRESHOLDS.study.coarse_step_s)
+            rough = at_step(self.study, self.study.factory.coarse)
             # Likelihoods under different noise models cannot be compared, so the finished fit takes a few steps under
             # the noise, and at the inner step, of the new start.
             there = solve(
@@ -376,7 +376,7 @@ class Searcher:
             return trials
         own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
         freed, calls = through_homotopy(
-            at_step(self.study, THRESHOLDS.study.coarse_step_s),
+            at_step(self.study, self.study.factory.coarse),
             effects,
             own,
             tolerance=THRESHOLDS.fit.rough_tolerance_chi2,
@@ -408,7 +408,7 @@ class Searcher:
         most = min(most, self.study.most or every)
         if most >= THRESHOLDS.search.most_effects_continued:
             self.extended.add(keys_of(solution))
-        rough = self.side_by_side(THRESHOLDS.study.coarse_step_s)
+        rough = self.side_by_side(self.study.factory.coarse)
         scored = self.beside(solution, self.scan(solution))
         most = min(most, self._in_question(solution, scored))
         # Effects that are easily mistaken for the best one are tried whatever their score, lest a rival be missed.
@@ -495,7 +495,7 @@ class Searcher:
         the missing one scores high.
         """
         self.extended.add(keys_of(onto))
-        rough = self.side_by_side(THRESHOLDS.study.coarse_step_s)
+        rough = self.side_by_side(self.study.factory.coarse)
         values = {q.id: q.initial for q in self.study.base.parameters}
         values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
         chosen: list[tuple[Effect, ...]] = []
@@ -506,7 +506,7 @@ class Searcher:
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
-        sketch = partial(_sketch_fit, self.side_by_side(THRESHOLDS.study.signature_step_s))
+        sketch = partial(_sketch_fit, self.side_by_side(self.study.factory.sketch))
         begun = self.map_all("effects from first guesses", sketch, chosen, starts)
         few = best_first(begun)[: THRESHOLDS.search.most_effects_continued]
         sieved = self.map_all("the best from first guesses", partial(_sieve_fit, rough), few)

@@ -64,10 +64,13 @@ class TwoStep:
         Simulator at the inner step of the readings.
     coarse
         Simulator at the inner step of the sensitivities.
+    sketch
+        Inner step of many parameter sets [s].
     """
 
     fine: KernelSimulator
     coarse: KernelSimulator
+    sketch: float = THRESHOLDS.study.signature_step_s
 
     @property
     def equations(self) -> Equations:
@@ -88,7 +91,7 @@ class TwoStep:
         return replace(rough, y=self.fine.simulate(theta, run, x0=x0, gain=gain).y)
 
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0) -> Array:
-        """Simulate one run for many parameter sets at the inner step `signature_step_s`.
+        """Simulate one run for many parameter sets at the inner step `sketch`.
 
         Parameters
         ----------
@@ -106,7 +109,7 @@ class TwoStep:
         ndarray
             Readings [rad], shape (n_sets, n_t, n_y).
         """
-        return self.coarse.with_step(THRESHOLDS.study.signature_step_s).simulate_many(thetas, run, x0=x0, gain=gain)
+        return self.coarse.with_step(self.sketch).simulate_many(thetas, run, x0=x0, gain=gain)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,11 +119,23 @@ class Factory:
     Parameters
     ----------
     step
-        Inner step of the readings [s]. Sensitivities are integrated at this step too where it is longer than
-        `coarse_step_s`.
+        Inner step of the readings [s]. Sensitivities are integrated at this step too where it is longer than `coarse`.
+    share
+        Share of `coarse_step_s` and `signature_step_s` that this joint's motion needs [1].
     """
 
     step: float = THRESHOLDS.study.coarse_step_s
+    share: float = 1.0
+
+    @property
+    def coarse(self) -> float:
+        """Inner step of sensitivities and of first tries [s]."""
+        return self.share * THRESHOLDS.study.coarse_step_s
+
+    @property
+    def sketch(self) -> float:
+        """Inner step of signatures and of the first sieve [s]."""
+        return self.share * THRESHOLDS.study.signature_step_s
 
     def __call__(self, equations: Equations, *, many: bool = False, tangent: bool = True) -> TwoStep:
         """Build the simulator of ``equations``.
@@ -140,6 +155,4 @@ class Factory:
             Simulator at the two inner steps of this factory.
         """
         simulator = KernelSimulator(equations, compile_kernel(equations, many=many, tangent=tangent))
-        return TwoStep(
-            simulator.with_step(self.step), simulator.with_step(max(self.step, THRESHOLDS.study.coarse_step_s))
-        )
+        return TwoStep(simulator.with_step(self.step), simulator.with_step(max(self.step, self.coarse)), self.sketch)

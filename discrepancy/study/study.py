@@ -17,7 +17,7 @@ from haptid.discrepancy.study.simulators import Factory, TwoStep
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.fit.zeros_fit import correct_readings, in_positions
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.sequence.equations_for import equations_for, stated_parameters
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
@@ -62,6 +62,8 @@ class Study:
         Fit of the fitted runs by the identification, which the nominal fit begins at; None where there is none.
     sealed
         Held-out runs that take part in no choice (`discrepancy.study.sealed`).
+    own
+        Ids of the parameters whose range haptid chose: neither user nor device states it.
     """
 
     joint: int
@@ -77,6 +79,7 @@ class Study:
     effort: int = THRESHOLDS.study.most_simulated_runs
     carried: Fit | None = None
     sealed: tuple[Run, ...] = ()
+    own: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -230,9 +233,11 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
     base = within_reach(base, fitted)
     unseen, sealed = seal(campaign.runs_of((joint,), "validate"))
     entries = usable(entries, law)
+    stated = stated_parameters(campaign, (joint,))
+    own = tuple(q.id for q in base.parameters if q.id not in stated) if device_of(campaign) is None else ()
     return Study(
         joint=joint, fitted=fitted, unseen=unseen, sealed=sealed, base=base, entries=entries, prismatic=slides,
-        noise_given=campaign.noise_given, threads=threads,
+        noise_given=campaign.noise_given, threads=threads, own=own,
     )  # fmt: skip
 
 

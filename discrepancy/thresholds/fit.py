@@ -13,6 +13,8 @@ class FitThresholds:
     """Starts, noise, scatter, unseen runs and standard errors of fits."""
 
     # Step 2: the nominal fit, and tolerances of fits.
+    on_upper_end_of_range: float = 0.99
+    """Share of the upper end of a range [1] from which an estimate lies on it."""
     starts_that_agree: int = 2
     """Number of starts that must reach the best minimum before the remaining ones are left out."""
     equal_minima_chi2: float = 1.0

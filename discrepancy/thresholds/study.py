@@ -18,6 +18,9 @@ class StudyThresholds:
     # Step 3: inner steps from which refinement begins.
     coarse_step_s: float = 2.5e-3
     """Inner step of sensitivities and of first tries [s]."""
+    longest_coarse_step_over_needed: float = 8.0
+    """Longest step of sensitivities over the one that the readings need [1]; joints that need 0.3 ms and more keep
+    `coarse_step_s`."""
     signature_step_s: float = 5e-3
     """Inner step of signatures and of the first sieve [s].
 

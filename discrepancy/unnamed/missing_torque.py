@@ -149,9 +149,7 @@ def missing(study: Study, model: Solution) -> Shape:
 
 def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
     """Fit all candidates roughly, side by side, and the likeliest of them to the end."""
-    rough = map_threads(
-        partial(_roughly, at_step(study, THRESHOLDS.study.signature_step_s), white), tried, threads=study.threads
-    )
+    rough = map_threads(partial(_roughly, at_step(study, study.factory.sketch), white), tried, threads=study.threads)
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
     return _over(study, white, begun, place)

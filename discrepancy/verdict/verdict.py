@@ -240,7 +240,7 @@ def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     divisor = THRESHOLDS.verdict.reported_step_divisor
     if solution.touching:
         divisor = THRESHOLDS.verdict.contact_step_divisor
-    fine = at_step(study, min(study.factory.step, THRESHOLDS.study.coarse_step_s / divisor))
+    fine = at_step(study, min(study.factory.step, study.factory.coarse / divisor))
     sharper = THRESHOLDS.verdict.sharper_contact_factor
     effects = tuple(e.sharper_by(sharper) if e.touches else e for e in solution.effects)
     values = {id: p for id, p in solution.values.items() if id not in {e.edge for e in effects}}
