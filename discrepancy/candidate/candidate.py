@@ -36,6 +36,9 @@ class Trial:
         Decrease of the criterion from that of the model that it extends.
     held_out
         Twice the gain in log predictive score on held-out runs, over the same model.
+    fitted_gain
+        Decrease of the BIC from that model, on fitted runs alone: an amplitude that they do not tell from 0 is no name,
+        whatever it happens to predict.
     worth
         Least Wald statistic of the earlier effects' amplitudes or, where the model was refitted without an effect, the
         loss of the criterion.
@@ -54,6 +57,7 @@ class Trial:
     constant_p: float = 1.0
     gain: float = 0.0
     held_out: float = 0.0
+    fitted_gain: float = np.inf
     worth: float = np.inf
     at_bound: bool = False
     nominal_excess: float = 0.0
@@ -75,12 +79,13 @@ class Trial:
         Returns
         -------
         Trial
-            Copy with `gain` and `held_out`, positive where the trial is better.
+            Copy with `gain`, `held_out` and `fitted_gain`, positive where the trial is better.
         """
         return replace(
             self,
             gain=before.criterion - self.candidate.criterion,
             held_out=2 * (self.candidate.prediction.score - before.prediction.score),
+            fitted_gain=before.bic - self.candidate.bic,
         )
 
     @property
@@ -120,6 +125,7 @@ class Trial:
         return (
             self.gain > THRESHOLDS.candidate.least_gain_in_criterion
             and self.held_out >= 0.0
+            and self.fitted_gain > 0.0
             and self.worth > THRESHOLDS.candidate.least_wald_statistic
             and not self.at_bound
         )
