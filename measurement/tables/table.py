@@ -1,6 +1,7 @@
 """Read one table of a run: CSV (optionally gzipped) or Parquet in, `Table` out.
 
-1. Check the layout of a CSV file (`check_layout`): pandas would read a wrong separator without an error.
+1. Check the layout of a CSV file (`check_layout`): pandas would read a wrong separator or a repeated name without an
+   error.
 2. Read all cells as numbers; where one is none, read all again as text, so that an error can show the cell.
 3. Drop blank lines at the end, and refuse fewer than 8 rows.
 
@@ -22,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 from haptid.measurement.tables.damage import CORRECT_CELL, DECIMAL_COMMA, refuse_damaged
-from haptid.measurement.tables.layout import check_layout, refuse_bomb
+from haptid.measurement.tables.layout import check_layout, refuse_bomb, refuse_repeated_names
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -115,13 +116,11 @@ class Table:
         Raises
         ------
         InputError
-            Where the column is missing or occurs twice, or a cell holds no finite number; it names the cell's line.
+            Where the column is missing, or a cell holds no finite number; it names the cell's line.
         """
         if column not in self.frame:
             todo = advice(column, self.columns) or f"it has {_some(self.columns)}"
             raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
-        if f"{column}.1" in self.frame:  # the name that pandas gives a second column of the same name
-            raise InputError(self.header, expected=f"one column {column}", got="two")
         values = self.loosely(column)
         bad = np.flatnonzero(~(np.abs(values) < THRESHOLDS.largest_reading))  # negated, so that NaN is bad, too
         if bad.size:
@@ -209,7 +208,8 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
     Raises
     ------
     InputError
-        For a missing file, an unknown kind of file, a damaged one, and one with fewer than 8 rows.
+        For a missing file, an unknown kind of file, a damaged one, one in which a column's name occurs twice, and one
+        with fewer than 8 rows.
     """
     if not is_file(path):
         names = _neighbours(path)
@@ -223,6 +223,7 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
         check_layout(path)
     frame = _read_frame(path, as_text=as_text)
     frame.columns = pd.Index([str(name).strip() for name in frame.columns])
+    refuse_repeated_names(f"{path}, columns", list(frame.columns))
     filled = np.flatnonzero(frame.notna().any(axis=1).to_numpy())
     frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]  # blank lines at the end of a file are no rows
     if len(frame) < THRESHOLDS.least_rows_of_table:
