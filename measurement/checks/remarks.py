@@ -14,6 +14,7 @@ from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
+from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.noise import with_noise
@@ -66,7 +67,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         Where the file of the device is at fault.
     """
     campaign = with_averaging(campaign)
-    limits, between = limits_of(campaign), (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
+    limits = limits_of(campaign)
+    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), wrong_signs(campaign.runs))
     made = []
     for run in campaign.runs:
         full = with_noise(run)
