@@ -141,6 +141,15 @@ class Thresholds:
     """Most bits of an encoder [bits]."""
     largest_distance_from_whole_bits: float = 1e-4
     """Largest distance of a number of counts from a power of two [bits]."""
+    largest_ratio_of_equal_steps: float = 1.4
+    """Ratio of the encoder's steps of two runs of a joint [1] up to which they are one step; an estimate is the step or
+    a multiple or part of it."""
+    largest_ratio_of_steps_between_runs: float = 3.0
+    """Ratio of the encoder's steps of two runs of a joint [1] from which one of them is odd wherever
+    its readings lie: an estimate may be twice the step where levels are missing."""
+    largest_ratio_of_noise_between_runs: float = 10.0
+    """Noise of a run, step included, over that of the joint's other runs [1] from which it is odd: where a motion is
+    jerky, it comes out up to four times as large."""
     least_noise_over_step_of_flicker: float = 0.5
     """Noise over the encoder's step [1] from which readings at rest change level."""
     least_distance_from_level_in_steps: float = 0.1

@@ -12,6 +12,7 @@ import numpy as np
 
 from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import limits_of
+from haptid.measurement.checks.odd_sensor import find_odd_sensors
 from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
 from haptid.measurement.checks.torque_sign import wrong_signs
@@ -69,18 +70,17 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     campaign = with_averaging(campaign)
     limits = limits_of(campaign)
     between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), wrong_signs(campaign.runs))
+    fulls = [with_noise(run) for run in campaign.runs]
+    estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
+    odd = find_odd_sensors(estimates)
     made = []
-    for run in campaign.runs:
-        full = with_noise(run)
-        # Suspicions compare stated with estimated noise, so they need the estimate even where noise is stated.
-        unstated = run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan))
-        stated = bool(np.isfinite([run.noise, run.resolution]).any())
-        estimated = with_noise(unstated) if stated else full
+    for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
         shared = [table[run.file] for table in between if run.file in table]
         sentences, doubts = [], []
         for column, joint in enumerate(run.free_joints):
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
-            doubts.append((*_stillness(run, full, column), *slips, *shared))
+            sensor = [odd[run.file, joint]] if (run.file, joint) in odd else []
+            doubts.append((*_stillness(run, full, column), *slips, *sensor, *shared))
             sentences.append((*_circumstances(run, column), *doubts[-1]))
         made.append(
             Remarks(
@@ -93,6 +93,13 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         )
         report()
     return tuple(made)
+
+
+def _with_estimates(run: Run, full: Run) -> Run:
+    """Return a run with noise and step estimated from its rows, also where they are stated."""
+    if not np.isfinite([run.noise, run.resolution]).any():
+        return full
+    return with_noise(run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan)))
 
 
 def _stillness(run: Run, full: Run, column: int) -> list[str]:
