@@ -115,6 +115,9 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
 
 def _tables(folder: Path) -> tuple[list[Table], list[str]]:
     """Return the tables, and a line on each that has another layout than the campaign format."""
+    if is_file(folder):
+        todo = f"name its folder, as in {word_command('init', 'measurement.new')} {folder.parent}"
+        raise InputError(str(folder), expected="a folder of tables", got="a file", todo=todo)
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))

@@ -146,3 +146,13 @@ def test_a_number_of_thousands_of_digits_is_no_joint(header: str, tmp_path: Path
     assert len(done.stderr.splitlines()) == 1
     assert len(done.stderr) <= 310
     assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_place_of_its_folder_is_told(tmp_path: Path):
+    write_pendulum(tmp_path / "tables")
+    told = run_init(tmp_path / "tables" / "a.csv", "--out", tmp_path / "made", "--yes")
+    assert told.returncode == 2
+    assert told.stderr.startswith(
+        f"error: {tmp_path / 'tables' / 'a.csv'}: expected a folder of tables, got a file; name"
+    )
+    assert told.stderr.rstrip().endswith(f"haptid init {tmp_path / 'tables'}")
