@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from haptid.measurement.commands import init as main
 from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
+from haptid.measurement.making.dates import with_seconds
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.prepared import (
@@ -67,12 +69,13 @@ def make_campaign(
         fault.
     """
     refuse_overwrite(out)
-    tables, layouts = _tables(folder)
+    stated = parse_map(maps)
+    tables, layouts = _tables(folder, stated)
     yes, assumed = bool(flags.pop("yes", False)), list[str]()
     asks, given = _can_ask() and not yes, dict(flags)
     if yes:
         given, assumed = assume_facts(folder, tables, given)
-    answers = _answers(folder, tables, given, parse_map(maps), asks=asks)
+    answers = _answers(folder, tables, given, stated, asks=asks)
     prepared = prepare_tables(tables, answers)
     _refuse_absent_joints(prepared, str(answers.device))
     answers = _with_constant(answers, prepared, asks=asks)
@@ -113,7 +116,7 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
         raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
 
 
-def _tables(folder: Path) -> tuple[list[Table], list[str]]:
+def _tables(folder: Path, stated: Collection[str]) -> tuple[list[Table], list[str]]:
     """Return the tables, and a line on each that has another layout than the campaign format."""
     if is_file(folder):
         todo = f"name its folder, as in {word_command('init', 'measurement.new')} {folder.parent}"
@@ -126,8 +129,13 @@ def _tables(folder: Path) -> tuple[list[Table], list[str]]:
         paths = sorted(path for path in folder.iterdir() if path.name.endswith(TEXTS) and is_table(path))
     if not paths:
         return _recordings(folder)
-    read = [read_logged_table(path) for path in paths]
+    read = [_with_seconds(*read_logged_table(path), stated) for path in paths]
     return [table for table, _ in read], _layout_lines(read)
+
+
+def _with_seconds(table: Table, layout: str, stated: Collection[str]) -> tuple[Table, str]:
+    table, dates = with_seconds(table, stated)
+    return table, ", ".join(words for words in (layout, dates) if words)
 
 
 def _layout_lines(read: list[tuple[Table, str]]) -> list[str]:

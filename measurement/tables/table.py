@@ -35,6 +35,17 @@ TEXT_SUFFIXES = (".csv", ".csv.gz")
 SUFFIXES = (*TEXT_SUFFIXES, ".parquet")
 OTHER_TEXT_SUFFIXES = (".txt", ".tsv", ".dat")
 """Ends of text tables that a campaign is made of, and does not hold itself."""
+ISO_DATE = re.compile(
+    r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2}(?:\.\d+)?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*", re.IGNORECASE
+)
+"""A date with the time of day, as ISO 8601 has it."""
+TODO_BY_CELL = (
+    (re.compile(r"\s*[+-]?\d{1,3}(,\d{3})+\.\d*\s*|\s*[+-]?\d{1,3}(,\d{3}){2,}\s*"),
+     "export without commas between thousands"),
+    (re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE), DECIMAL_COMMA),
+    (ISO_DATE, "dates are read where a campaign is made (haptid init): write seconds here"),
+)  # fmt: skip
+"""Forms of a cell that is no number, and what to do about them; the first match decides."""
 SHOWN_CELL_CHARACTERS = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -124,16 +135,17 @@ class Table:
         values = self.loosely(column)
         bad = np.flatnonzero(~(np.abs(values) < THRESHOLDS.largest_reading))  # negated, so that NaN is bad, too
         if bad.size:
-            raise self._no_number(column, int(bad[0]), values[bad[0]])
+            raise self._no_number(column, int(bad[0]), values)
         return values
 
-    def _no_number(self, column: str, index: int, value: float) -> InputError:
+    def _no_number(self, column: str, index: int, values: Array) -> InputError:
         """Return the error of a cell that is no finite number or is too large; it shows the cell as it is written."""
         cell = self._as_written(column, index)
         got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), SHOWN_CELL_CHARACTERS))
-        todo = CORRECT_CELL if np.isnan(value) else f"no value is above {THRESHOLDS.largest_reading:g}"
-        if re.fullmatch(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", str(cell), re.IGNORECASE):
-            todo = DECIMAL_COMMA
+        if index == 0 and np.isnan(values).all() and not pd.isna(cell):
+            got += " and no number in any other row"
+        todo = CORRECT_CELL if np.isnan(values[index]) else f"no value is above {THRESHOLDS.largest_reading:g}"
+        todo = next((known for form, known in TODO_BY_CELL if form.fullmatch(str(cell))), todo)
         return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)
 
     def _as_written(self, column: str, index: int) -> Any:

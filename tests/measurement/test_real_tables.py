@@ -156,3 +156,14 @@ def test_a_file_in_place_of_its_folder_is_told(tmp_path: Path):
         f"error: {tmp_path / 'tables' / 'a.csv'}: expected a folder of tables, got a file; name"
     )
     assert told.stderr.rstrip().endswith(f"haptid init {tmp_path / 'tables'}")
+
+
+def test_dates_make_a_campaign(tmp_path: Path):
+    write_pendulum(tmp_path / "tables", ("a.csv",))
+    frame = pd.read_csv(tmp_path / "tables" / "a.csv")
+    frame["time_ms"] = (pd.Timestamp("2026-03-12T10:00:00") + pd.to_timedelta(frame["time_ms"], unit="ms")).astype(str)
+    frame.rename(columns={"time_ms": "Timestamp"}).to_csv(tmp_path / "tables" / "a.csv", index=False)
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--yes")
+    assert done.returncode == 0, done.stderr
+    assert "a.csv has dates in 'Timestamp', read as seconds from the first row" in done.stdout
+    np.testing.assert_allclose(read_campaign(tmp_path / "made").runs[0].t, 2e-3 * ROWS, atol=1e-9)
