@@ -13,7 +13,7 @@ import numpy as np
 from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.odd_sensor import find_odd_sensors
-from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
+from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
 from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
@@ -69,7 +69,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     """
     campaign = with_averaging(campaign)
     limits = limits_of(campaign)
-    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), wrong_signs(campaign.runs))
+    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
+    turned = wrong_signs(campaign.runs)
     fulls = [with_noise(run) for run in campaign.runs]
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
     odd = find_odd_sensors(estimates)
@@ -79,6 +80,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         sentences, doubts = [], []
         for column, joint in enumerate(run.free_joints):
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
+            if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
+                slips.append(turned[run.file])
             sensor = [odd[run.file, joint]] if (run.file, joint) in odd else []
             doubts.append((*_stillness(run, full, column), *slips, *sensor, *shared))
             sentences.append((*_circumstances(run, column), *doubts[-1]))
