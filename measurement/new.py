@@ -13,6 +13,7 @@ from typing import Any
 import click
 import tomli_w
 
+from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.commands import init as main
 from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
@@ -28,7 +29,14 @@ from haptid.measurement.making.prepared import (
     describe_drives,
     prepare_tables,
 )
-from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step, assume_facts
+from haptid.measurement.making.questions import (
+    ask_columns,
+    ask_constant,
+    ask_facts,
+    ask_noise,
+    ask_step,
+    assume_facts,
+)
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
@@ -36,7 +44,7 @@ from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import parse_joints, word_command
-from haptid.support.errors import InputError
+from haptid.support.errors import LONGEST, InputError, one_line, shorten
 from haptid.support.files.files import is_file, write_bytes, write_text
 from haptid.support.numbers import count_of
 
@@ -60,7 +68,8 @@ def make_campaign(
     Returns
     -------
     dict
-        Folder, title, device and runs of the campaign, and what --yes assumed.
+        Folder, title, device and runs of the campaign, what was assumed, the remarks on likely slips, and why a fit
+        would refuse the campaign (None where none would).
 
     Raises
     ------
@@ -86,6 +95,7 @@ def make_campaign(
         _write(inner, prepared, answers)
         with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
+        refused, remarks = _ask_check(campaign, renamed=(str(inner), str(out)))
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
@@ -96,7 +106,10 @@ def make_campaign(
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{count_of(len(campaign.runs), 'run')}, free joints {kinds}, {campaign.label} data, device {device}"
     click.echo(f"wrote {out}: {about}")
-    click.echo(f"next: {word_command('check', 'measurement.check')} {out}")
+    for remark in remarks:
+        click.echo(f"remark: {remark}")
+    check = f"{word_command('check', 'measurement.check')} {out}"
+    click.echo(f"to mend before a fit: {refused}" if refused else f"next: {check}")
     understood = {
         column: {"name": target.name, "factor": target.factor}
         for one in prepared
@@ -104,7 +117,8 @@ def make_campaign(
     }
     runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
     head = {"campaign": str(out), "title": campaign.title, "device": device, "measured": campaign.measured}
-    return {**head, "understood": understood, "runs": runs, "assumed": assumed}
+    found = {"remarks": remarks, "refused": refused or None}
+    return {**head, "understood": understood, "runs": runs, "assumed": assumed, **found}
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:
@@ -114,6 +128,15 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
     except InputError as error:
         where, expected = (words.replace(str(draft), str(folder)) for words in (error.where, error.expected))
         raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
+
+
+def _ask_check(campaign: Campaign, renamed: tuple[str, str]) -> tuple[str, list[str]]:
+    """Return why `measurement.check` would refuse a campaign, empty where it would not, and its remarks on slips."""
+    try:
+        remarks = ready_for_fits(campaign).remarks
+    except InputError as error:
+        return str(error).replace(*renamed), []
+    return "", [shorten(one_line(remark.replace(*renamed)), LONGEST) for remark in remarks]
 
 
 def _tables(folder: Path, stated: Collection[str]) -> tuple[list[Table], list[str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -167,3 +168,31 @@ def test_dates_make_a_campaign(tmp_path: Path):
     assert done.returncode == 0, done.stderr
     assert "a.csv has dates in 'Timestamp', read as seconds from the first row" in done.stdout
     np.testing.assert_allclose(read_campaign(tmp_path / "made").runs[0].t, 2e-3 * ROWS, atol=1e-9)
+
+
+def test_init_says_what_check_will_say(tmp_path: Path):
+    write_pendulum(tmp_path / "tables", ("a.csv", "b.csv"))
+    for name in ("a.csv", "b.csv"):
+        path = tmp_path / "tables" / name
+        path.write_text(path.read_text().replace("time_ms", "time_s", 1))
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--yes", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["refused"].startswith(
+        f"{tmp_path / 'made' / 'a.csv'}, time_s: expected time in seconds, with rows 0.5 s"
+    )
+    assert f"to mend before a fit: {told['refused']}" in done.stderr
+    assert "next: " not in done.stderr
+
+
+def test_init_ends_with_the_remarks(tmp_path: Path):
+    write_pendulum(tmp_path / "tables", ("a.csv", "b.csv"))
+    shutil.copy(tmp_path / "tables" / "a.csv", tmp_path / "tables" / "b.csv")
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--yes", "--json")
+    told = json.loads(done.stdout)
+    assert told["refused"] is None
+    assert [
+        remark for remark in told["remarks"] if remark.startswith("b.csv, joint 0: it holds the same rows as a.csv")
+    ]
+    assert all(f"remark: {remark}" in done.stderr for remark in told["remarks"])
+    assert done.stderr.rstrip().endswith(f"next: haptid check {tmp_path / 'made'}")
