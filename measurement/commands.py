@@ -84,9 +84,10 @@ def init(**settings: Any) -> Any:
     """Make a campaign from the CSV, text or Parquet tables in FOLDER, one run each, or from recordings.
 
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask. With
-    --yes nothing is asked: the data count as measured, a device file in FOLDER is taken, runs named val… or
-    validation… are kept from every fit, noise is estimated, and each of these is told. What has no proposal (the angle
-    of an encoder count, the torque of an ampere) is still needed as a flag.
+    --yes nothing is asked: the data count as measured, a device file in FOLDER is taken, noise is estimated, and each
+    of these is told. Where nothing is asked, with or without --yes, runs named val… or validation… are kept from every
+    fit unless --validate names others. What has no proposal (the angle of an encoder count, the torque of an ampere) is
+    still needed as a flag.
 
     Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
     converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,

@@ -36,6 +36,7 @@ from haptid.measurement.making.questions import (
     ask_noise,
     ask_step,
     assume_facts,
+    assume_validation,
 )
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
@@ -84,6 +85,8 @@ def make_campaign(
     asks, given = _can_ask() and not yes, dict(flags)
     if yes:
         given, assumed = assume_facts(folder, tables, given)
+    elif not asks:
+        given, assumed = assume_validation(tables, given)
     answers = _answers(folder, tables, given, stated, asks=asks)
     prepared = prepare_tables(tables, answers)
     _refuse_absent_joints(prepared, str(answers.device))

@@ -196,3 +196,19 @@ def test_init_ends_with_the_remarks(tmp_path: Path):
     ]
     assert all(f"remark: {remark}" in done.stderr for remark in told["remarks"])
     assert done.stderr.rstrip().endswith(f"next: haptid check {tmp_path / 'made'}")
+
+
+@pytest.mark.parametrize("flag", ["--yes", "--measured"])
+def test_runs_whose_names_say_so_are_kept_from_every_fit_without_a_terminal(tmp_path: Path, flag: str):
+    write_pendulum(tmp_path / "tables")
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", flag)
+    assert done.returncode == 0, done.stderr
+    assert "  kept from every fit: val_1.csv, val_2.csv (--validate)" in done.stdout
+    assert [run.use for run in read_campaign(tmp_path / "made").runs] == ["fit", "validate", "validate"]
+
+
+def test_nothing_is_told_of_runs_kept_where_a_flag_names_them(tmp_path: Path):
+    write_pendulum(tmp_path / "tables")
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--measured", "--validate", "val_1.csv")
+    assert "assumed" not in done.stdout
+    assert [run.use for run in read_campaign(tmp_path / "made").runs] == ["fit", "validate", "fit"]
