@@ -287,8 +287,13 @@ def package_result(  # noqa: PLR0913 # one argument an option
     Raises
     ------
     InputError
-        Where the result, a finding or the parameter set is at fault, or holds no such model.
+        Where the result, a finding or the parameter set is at fault or holds no such model, or the FMU's name does not
+        end in ``.fmu``.
     """
+    if out.suffix != ".fmu":  # hosts know an FMU by its name
+        raise InputError(
+            str(out), expected="a name that ends in .fmu", got=repr(out.name), todo=f"as in {out.stem}.fmu"
+        )
     data = read_identification(source)
     if data["device"] == SINGLE or joints:
         if named:
