@@ -65,7 +65,8 @@ def check(**settings: Any) -> Any:
 @click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
 @click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
 @click.option("--torque-constant", type=float, default=None, metavar="N m/A",
-              help="Torque of an ampere (N/A of a slide), of a recorded current or voltage.")  # fmt: skip
+              help="Torque of an ampere (N/A of a slide), of a recorded current or voltage; below 0 it turns "
+              "the sign of a current round.")  # fmt: skip
 @click.option("--resistance", type=float, default=None, metavar="OHM",
               help="Resistance of the motor's winding, where a voltage or a duty was recorded.")  # fmt: skip
 @click.option(

@@ -99,6 +99,7 @@ def make_campaign(
         with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
         refused, remarks = _ask_check(campaign, renamed=(str(inner), str(out)))
+        remarks = [*_remark_on_constant(prepared, answers), *remarks]
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
@@ -131,6 +132,14 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
     except InputError as error:
         where, expected = (words.replace(str(draft), str(folder)) for words in (error.where, error.expected))
         raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
+
+
+def _remark_on_constant(prepared: list[PreparedTable], answers: Answers) -> list[str]:
+    """Return a remark where the torque of an ampere turns the sign of a recorded current round."""
+    constant = answers.torque_constant
+    if constant is None or constant > 0.0 or not current_constants(prepared):
+        return []
+    return [f"--torque-constant {constant:g} is below 0: the torque has the opposite sign of the recorded current"]
 
 
 def _ask_check(campaign: Campaign, renamed: tuple[str, str]) -> tuple[str, list[str]]:
