@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.checks.between_runs import find_misnamed, twins
+from haptid.measurement.checks.between_runs import find_misnamed, find_odd_sensors, twins
 from haptid.measurement.checks.limits import limits_of
-from haptid.measurement.checks.odd_sensor import find_odd_sensors
 from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
 from haptid.measurement.checks.torque_sign import wrong_signs
