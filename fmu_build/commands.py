@@ -27,7 +27,12 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
 
 @command(EXAMPLES_OF_EXPORT, writes={})
 @click.option("--from", "source", type=click.Path(path_type=Path), required=True, help="An identification.json.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The file to write.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    help="The file to write; an FMU's ends in .fmu.",
+)
 @click.option(
     "--kind", type=click.Choice(["python", "native", "urdf", "mjcf"]), default="python", show_default=True,
     help="An FMU, by pythonfmu or of native code; or the bodies of the device for simulators of rigid bodies.",

@@ -16,7 +16,7 @@ from haptid.fmu_build.accuracy.accuracy import without_replaced
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.commands import export as main
 from haptid.fmu_build.content.reference_run import OverflowingError
-from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint, read_finding
+from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint, read_discrepancy, read_finding
 from haptid.fmu_build.exchange.identification_check import (
     check_for_device,
     check_orders,
@@ -225,6 +225,17 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
     return "native3"
 
 
+def _effects_of(path: Path) -> str:
+    """Say where the FMU of a joint with its effects is, or why there is none."""
+    try:
+        data = read_discrepancy(path)
+    except InputError:  # a file of another kind
+        return "of a joint alone, haptid missing writes the FMU with the effects that it names"
+    if data.get("fmu"):
+        return f"haptid missing has written the FMU of the joint with its effects: {path.parent.parent / data['fmu']}"
+    return f"{path} has the verdict {data['verdict']!r}, and haptid missing wrote no FMU of the joint with effects"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Packaged:
     """A result that was packaged as an FMU.
@@ -283,13 +294,17 @@ def package_result(  # noqa: PLR0913 # one argument an option
     Raises
     ------
     InputError
-        Where the result, a finding or the parameter set is at fault, or holds no such model.
+        Where the result, a finding or the parameter set is at fault or holds no such model, or the FMU's name does not
+        end in ``.fmu``.
     """
+    if out.suffix != ".fmu":  # hosts know an FMU by its name
+        raise InputError(
+            str(out), expected="a name that ends in .fmu", got=repr(out.name), todo=f"as in {out.stem}.fmu"
+        )
     data = read_identification(source)
     if data["device"] == SINGLE or joints:
         if named:
-            todo = "discrepancy.run has written the FMU of a joint with its effects already"
-            raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
+            raise InputError("--with", expected="the whole device", got="a joint alone", todo=_effects_of(named[0]))
         joint = _only_joint(data, joints)
         law = friction_by_joint(data)[joint]
         _check_complete(entries_of(data, joint), law, drive_of(data, joint), f"{source}: parameters of joint {joint}")

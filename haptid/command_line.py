@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from difflib import get_close_matches
+from typing import Any
 
 import click
 
@@ -40,6 +41,27 @@ Examples:
 
 class Commands(click.Group):
     """A group whose commands are imported when they are called."""
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Parse what stands before the command, as click does, with errors in one line.
+
+        Parameters
+        ----------
+        info_name, args, parent, extra
+            As click has them.
+
+        Returns
+        -------
+        click.Context
+        """
+        try:
+            return super().make_context(info_name, args, parent, **extra)
+        except click.UsageError as error:
+            from haptid.support.usage import in_one_line  # noqa: PLC0415 (help comes without any import)
+
+            raise in_one_line(error) from None
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 # click's signature
         """List the commands without importing any.

@@ -65,7 +65,8 @@ def check(**settings: Any) -> Any:
 @click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
 @click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
 @click.option("--torque-constant", type=float, default=None, metavar="N m/A",
-              help="Torque of an ampere (N/A of a slide), of a recorded current or voltage.")  # fmt: skip
+              help="Torque of an ampere (N/A of a slide), of a recorded current or voltage; below 0 it turns "
+              "the sign of a current round.")  # fmt: skip
 @click.option("--resistance", type=float, default=None, metavar="OHM",
               help="Resistance of the motor's winding, where a voltage or a duty was recorded.")  # fmt: skip
 @click.option(
@@ -84,9 +85,10 @@ def init(**settings: Any) -> Any:
     """Make a campaign from the CSV, text or Parquet tables in FOLDER, one run each, or from recordings.
 
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask. With
-    --yes nothing is asked: the data count as measured, a device file in FOLDER is taken, runs named val… or
-    validation… are kept from every fit, noise is estimated, and each of these is told. What has no proposal (the angle
-    of an encoder count, the torque of an ampere) is still needed as a flag.
+    --yes nothing is asked: the data count as measured, a device file in FOLDER is taken, noise is estimated, and each
+    of these is told. Where nothing is asked, with or without --yes, runs named val… or validation… are kept from every
+    fit unless --validate names others. What has no proposal (the angle of an encoder count, the torque of an ampere) is
+    still needed as a flag.
 
     Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
     converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,

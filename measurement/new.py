@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,12 @@ from typing import Any
 import click
 import tomli_w
 
+from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.commands import init as main
 from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
+from haptid.measurement.making.dates import with_seconds
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.prepared import (
@@ -26,7 +29,15 @@ from haptid.measurement.making.prepared import (
     describe_drives,
     prepare_tables,
 )
-from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step, assume_facts
+from haptid.measurement.making.questions import (
+    ask_columns,
+    ask_constant,
+    ask_facts,
+    ask_noise,
+    ask_step,
+    assume_facts,
+    assume_validation,
+)
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
@@ -34,7 +45,7 @@ from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import parse_joints, word_command
-from haptid.support.errors import InputError
+from haptid.support.errors import LONGEST, InputError, one_line, shorten
 from haptid.support.files.files import is_file, write_bytes, write_text
 from haptid.support.numbers import count_of
 
@@ -58,7 +69,8 @@ def make_campaign(
     Returns
     -------
     dict
-        Folder, title, device and runs of the campaign, and what --yes assumed.
+        Folder, title, device and runs of the campaign, what was assumed, the remarks on likely slips, and why a fit
+        would refuse the campaign (None where none would).
 
     Raises
     ------
@@ -67,12 +79,15 @@ def make_campaign(
         fault.
     """
     refuse_overwrite(out)
-    tables, layouts = _tables(folder)
+    stated = parse_map(maps)
+    tables, layouts = _tables(folder, stated)
     yes, assumed = bool(flags.pop("yes", False)), list[str]()
     asks, given = _can_ask() and not yes, dict(flags)
     if yes:
         given, assumed = assume_facts(folder, tables, given)
-    answers = _answers(folder, tables, given, parse_map(maps), asks=asks)
+    elif not asks:
+        given, assumed = assume_validation(tables, given)
+    answers = _answers(folder, tables, given, stated, asks=asks)
     prepared = prepare_tables(tables, answers)
     _refuse_absent_joints(prepared, str(answers.device))
     answers = _with_constant(answers, prepared, asks=asks)
@@ -83,6 +98,8 @@ def make_campaign(
         _write(inner, prepared, answers)
         with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
+        refused, remarks = _ask_check(campaign, renamed=(str(inner), str(out)))
+        remarks = [*_remark_on_constant(prepared, answers), *remarks]
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
@@ -93,7 +110,10 @@ def make_campaign(
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{count_of(len(campaign.runs), 'run')}, free joints {kinds}, {campaign.label} data, device {device}"
     click.echo(f"wrote {out}: {about}")
-    click.echo(f"next: {word_command('check', 'measurement.check')} {out}")
+    for remark in remarks:
+        click.echo(f"remark: {remark}")
+    check = f"{word_command('check', 'measurement.check')} {out}"
+    click.echo(f"to mend before a fit: {refused}" if refused else f"next: {check}")
     understood = {
         column: {"name": target.name, "factor": target.factor}
         for one in prepared
@@ -101,7 +121,8 @@ def make_campaign(
     }
     runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
     head = {"campaign": str(out), "title": campaign.title, "device": device, "measured": campaign.measured}
-    return {**head, "understood": understood, "runs": runs, "assumed": assumed}
+    found = {"remarks": remarks, "refused": refused or None}
+    return {**head, "understood": understood, "runs": runs, "assumed": assumed, **found}
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:
@@ -113,8 +134,28 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
         raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
 
 
-def _tables(folder: Path) -> tuple[list[Table], list[str]]:
+def _remark_on_constant(prepared: list[PreparedTable], answers: Answers) -> list[str]:
+    """Return a remark where the torque of an ampere turns the sign of a recorded current round."""
+    constant = answers.torque_constant
+    if constant is None or constant > 0.0 or not current_constants(prepared):
+        return []
+    return [f"--torque-constant {constant:g} is below 0: the torque has the opposite sign of the recorded current"]
+
+
+def _ask_check(campaign: Campaign, renamed: tuple[str, str]) -> tuple[str, list[str]]:
+    """Return why `measurement.check` would refuse a campaign, empty where it would not, and its remarks on slips."""
+    try:
+        remarks = ready_for_fits(campaign).remarks
+    except InputError as error:
+        return str(error).replace(*renamed), []
+    return "", [shorten(one_line(remark.replace(*renamed)), LONGEST) for remark in remarks]
+
+
+def _tables(folder: Path, stated: Collection[str]) -> tuple[list[Table], list[str]]:
     """Return the tables, and a line on each that has another layout than the campaign format."""
+    if is_file(folder):
+        todo = f"name its folder, as in {word_command('init', 'measurement.new')} {folder.parent}"
+        raise InputError(str(folder), expected="a folder of tables", got="a file", todo=todo)
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
@@ -123,8 +164,13 @@ def _tables(folder: Path) -> tuple[list[Table], list[str]]:
         paths = sorted(path for path in folder.iterdir() if path.name.endswith(TEXTS) and is_table(path))
     if not paths:
         return _recordings(folder)
-    read = [read_logged_table(path) for path in paths]
+    read = [_with_seconds(*read_logged_table(path), stated) for path in paths]
     return [table for table, _ in read], _layout_lines(read)
+
+
+def _with_seconds(table: Table, layout: str, stated: Collection[str]) -> tuple[Table, str]:
+    table, dates = with_seconds(table, stated)
+    return table, ", ".join(words for words in (layout, dates) if words)
 
 
 def _layout_lines(read: list[tuple[Table, str]]) -> list[str]:

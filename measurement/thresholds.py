@@ -118,6 +118,17 @@ class Thresholds:
     torque."""
     least_power_over_rms: float = -0.05
     """Mean power over RMS torque times RMS velocity [1], below which a joint would drive its motor."""
+    least_gain_of_turned_torque: float = 0.5
+    """What turning a run's torque round takes at least from the squares that a fit of the joint's runs leaves, over the
+    run's own [1], where its sign is wrong. Turning a right run of a measured campaign adds 0.8 to 3 to them."""
+    least_gain_of_turned_torque_in_good_fit: float = 0.05
+    """The same where turning takes `least_share_of_turned_torque` of what the fit leaves [1]."""
+    least_share_of_turned_torque: float = 0.9
+    """Share of what the fit leaves [1] that turning a wrong run round takes where the fit is good afterwards: turning a
+    right one out of such a fit leaves 30 to 1000 times as much."""
+    least_squares_without_inertia_over_with: float = 2.0
+    """Squares that a fit leaves without the acceleration over those with it [1], from which the sign of the inertia
+    counts."""
 
     # Remarks on the position sensor.
     largest_stated_over_estimated_noise: float = 10.0
@@ -130,6 +141,15 @@ class Thresholds:
     """Most bits of an encoder [bits]."""
     largest_distance_from_whole_bits: float = 1e-4
     """Largest distance of a number of counts from a power of two [bits]."""
+    largest_ratio_of_equal_steps: float = 1.4
+    """Ratio of the encoder's steps of two runs of a joint [1] up to which they are one step; an estimate is the step or
+    a multiple or part of it."""
+    largest_ratio_of_steps_between_runs: float = 3.0
+    """Ratio of the encoder's steps of two runs of a joint [1] from which one of them is odd wherever
+    its readings lie: an estimate may be twice the step where levels are missing."""
+    largest_ratio_of_noise_between_runs: float = 10.0
+    """Noise of a run, step included, over that of the joint's other runs [1] from which it is odd: where a motion is
+    jerky, it comes out up to four times as large."""
     least_noise_over_step_of_flicker: float = 0.5
     """Noise over the encoder's step [1] from which readings at rest change level."""
     least_distance_from_level_in_steps: float = 0.1

@@ -18,6 +18,7 @@ import click
 from haptid.support.errors import HaptidError
 from haptid.support.files.files import json_text
 from haptid.support.terminal import is_terminal
+from haptid.support.usage import OneLineCommand
 from haptid.version import version_option
 
 P = ParamSpec("P")
@@ -62,7 +63,8 @@ def command(examples: str, writes: Mapping[str, str]) -> Callable[[Callable[...,
 
     def decorate(function: Callable[..., Any]) -> click.Command:
         told = inspect.cleandoc(function.__doc__ or "") + (f"\n\n\b\nWritten below --out:{files}" if writes else "")
-        return click.command(help=told, epilog=shown, context_settings=settings)(version_option(function))
+        decorator = click.command(cls=OneLineCommand, help=told, epilog=shown, context_settings=settings)
+        return decorator(version_option(function))
 
     return decorate
 

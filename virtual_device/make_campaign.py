@@ -14,6 +14,7 @@ import numpy as np
 from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
 from haptid.support.terminal import Count
+from haptid.support.usage import OneLineCommand
 from haptid.virtual_device.machine.arm import JOINTS, Arm
 from haptid.virtual_device.machine.effects import parse_effects
 from haptid.virtual_device.machine.friction import LAWS, parse_friction
@@ -108,7 +109,7 @@ def _controlled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTa
     return (controlled_run(arm, reference, Controller(), sensor=sensor, name=name, seed=(seed, 200, number)),)
 
 
-@click.command(help=__doc__)
+@click.command(cls=OneLineCommand, help=__doc__)
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=EMBEDDED, help="Folder to write.")
 @click.option("--effects", default=None, metavar="ID=SIZE,...", help="Disturbances of the single-joint tests.")
 @click.option("--scatter", default=SMALL_SCATTER, show_default=True, help="Cycle amplitude scatter of joints 3, 4, 5.")

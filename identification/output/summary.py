@@ -16,7 +16,8 @@ from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 from haptid.support.tables import Table, Told
 
-HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "seconds", "outcome")
+HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "fit [s]", "outcome")
+"""Headings of the configurations. ``fit [s]`` is `Fit.wall_s`, which is not the time of the command."""
 PARAMETER_HEADER = ("parameter", "value", "std", "unit", "status")
 
 

@@ -135,7 +135,8 @@ class Fit:
     correlation_time
         Integrated autocorrelation time of the residuals, in rows; 1 is white.
     simulations, wall_s
-        Number of simulated runs, and duration of the fit [s].
+        Number of simulated runs, and duration [s] of the fit from all its starts, with scores and covariance. Compiling
+        the simulator, fits with other residuals and the plain model before it, FMUs and pages are not counted.
     statuses
         ``identified``, ``unidentifiable``, ``prior``, ``at_bound`` or ``fixed`` by id.
     combinations

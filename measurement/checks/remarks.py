@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.checks.between_runs import find_misnamed, twins
+from haptid.measurement.checks.between_runs import find_misnamed, find_odd_sensors, twins
 from haptid.measurement.checks.limits import limits_of
-from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
+from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
+from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.noise import with_noise
@@ -66,19 +67,22 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         Where the file of the device is at fault.
     """
     campaign = with_averaging(campaign)
-    limits, between = limits_of(campaign), (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
+    limits = limits_of(campaign)
+    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
+    turned = wrong_signs(campaign.runs)
+    fulls = [with_noise(run) for run in campaign.runs]
+    estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
+    odd = find_odd_sensors(estimates)
     made = []
-    for run in campaign.runs:
-        full = with_noise(run)
-        # Suspicions compare stated with estimated noise, so they need the estimate even where noise is stated.
-        unstated = run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan))
-        stated = bool(np.isfinite([run.noise, run.resolution]).any())
-        estimated = with_noise(unstated) if stated else full
+    for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
         shared = [table[run.file] for table in between if run.file in table]
         sentences, doubts = [], []
         for column, joint in enumerate(run.free_joints):
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
-            doubts.append((*_stillness(run, full, column), *slips, *shared))
+            if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
+                slips.append(turned[run.file])
+            sensor = [odd[run.file, joint]] if (run.file, joint) in odd else []
+            doubts.append((*_stillness(run, full, column), *slips, *sensor, *shared))
             sentences.append((*_circumstances(run, column), *doubts[-1]))
         made.append(
             Remarks(
@@ -91,6 +95,13 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         )
         report()
     return tuple(made)
+
+
+def _with_estimates(run: Run, full: Run) -> Run:
+    """Return a run with noise and step estimated from its rows, also where they are stated."""
+    if not np.isfinite([run.noise, run.resolution]).any():
+        return full
+    return with_noise(run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan)))
 
 
 def _stillness(run: Run, full: Run, column: int) -> list[str]:

@@ -15,6 +15,9 @@ from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
 UNLIMITED = Limits()
+GIVES_WORK = (
+    "the joint gives more work than it takes in every cycle: is the torque's sign wrong, or are columns swapped?"
+)
 DIFFERENCE_ORDER = 4
 """Order of the differences that remove the motion from readings."""
 
@@ -104,7 +107,7 @@ def _power(run: Run, column: int) -> str:
     ]
     if not powers or max(powers) > THRESHOLDS.least_power_over_rms:
         return ""
-    return "the joint gives more work than it takes in every cycle: is the torque's sign wrong, or are columns swapped?"
+    return GIVES_WORK
 
 
 def _share(run: Run, column: int, begin: float, end: float) -> float:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from haptid.measurement.tables.layout import refuse_repeated_names
 from haptid.measurement.tables.table import OTHER_TEXT_SUFFIXES, Table, read_table
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content
@@ -103,7 +104,9 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     layout = find_layout(lines, blanks=is_text)
     if layout is None or (not is_text and not layout.words and text == content.decode("utf-8-sig", errors="ignore")):
         return read_table(path, as_text=True), ""
-    rewritten = _rewrite(lines, layout)
+    names = _header_names(lines, layout)
+    refuse_repeated_names(f"{path}, line {layout.header + 1}", names)
+    rewritten = _rewrite(names, lines, layout)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / f"{path.stem}.csv"
         copy.write_text(rewritten, encoding="utf-8")
@@ -196,14 +199,19 @@ def _cells(line: str, separator: str) -> list[str]:
     return next(csv.reader([line], delimiter=separator), [])
 
 
-def _rewrite(lines: Sequence[str], layout: Layout) -> str:
-    """Return header and rows with commas and decimal points; a unit stands behind its name."""
+def _header_names(lines: Sequence[str], layout: Layout) -> list[str]:
+    """Return the names of the columns; a unit stands behind its name."""
+    names = _names(lines[layout.header], layout.separator)
+    if not layout.units:
+        return names
+    first = _names(lines[layout.header - 1], layout.separator)
+    return [f"{name.strip()} {unit.strip()}".strip() for name, unit in zip(first, names, strict=True)]
+
+
+def _rewrite(names: Sequence[str], lines: Sequence[str], layout: Layout) -> str:
+    """Return names and rows with commas and decimal points."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    names = _names(lines[layout.header], layout.separator)
-    if layout.units:
-        first = _names(lines[layout.header - 1], layout.separator)
-        names = [f"{name.strip()} {unit.strip()}".strip() for name, unit in zip(first, names, strict=True)]
     writer.writerow(names)
     for line in lines[layout.header + 1 :]:
         cells = _cells(line, layout.separator)

@@ -67,7 +67,7 @@ def assume_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> tu
     flags, assumed
         The options with the proposals, and a sentence on each with the flag that says otherwise.
     """
-    flags, names, assumed = dict(flags), [table.file_name for table in tables], []
+    flags, names, assumed = dict(flags), [table.file_name for table in tables], list[str]()
     if flags["title"] is None:
         flags["title"] = folder.resolve().name
         assumed.append(f"the title is {flags['title']!r} (--title)")
@@ -77,13 +77,35 @@ def assume_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> tu
     if flags["measured"] is None:
         flags["measured"] = True
         assumed.append("the data were measured on a real device (--synthetic)")
-    if not flags["validate"] and len(tables) > 1:
-        flags["validate"] = propose_validation(names)
-        kept = f"kept from every fit: {', '.join(flags['validate'])}"
-        assumed.append(f"{kept if flags['validate'] else 'no run is kept from every fit'} (--validate)")
+    flags, kept = assume_validation(tables, flags)
+    assumed += kept
+    if not flags["validate"] and len(names) > 1:
+        assumed.append("no run is kept from every fit (--validate)")
     if flags["noise"] is None:
         assumed.append("the position's noise is to be estimated from the data (--noise)")
     return flags, assumed
+
+
+def assume_validation(tables: list[Table], flags: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Keep runs from every fit whose names say so, where no flag names any.
+
+    Parameters
+    ----------
+    tables
+        The user's tables.
+    flags
+        Options by name; None, or empty, where absent.
+
+    Returns
+    -------
+    flags, assumed
+        The options with the runs, and a sentence on them; none where no name says so.
+    """
+    if flags["validate"]:
+        return flags, []
+    kept = propose_validation([table.file_name for table in tables])
+    told = [f"kept from every fit: {', '.join(kept)} (--validate)"] if kept else []
+    return {**flags, "validate": kept}, told
 
 
 def ask_columns(table: Table, stated: dict[str, Target], step: float | None) -> dict[str, Target]:

@@ -95,7 +95,11 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
     lost = np.diff(np.cumsum(empty)[kept], prepend=0) > 0
     # Rows before the first complete one are not missing: the run begins there.
     lost[0] = False
-    words = [_count_rows(int(empty.sum()), "with empty cells"), _count_rows(int(repeats.sum()), "that repeat a time")]
+    repeated = int(repeats.sum())
+    words = [
+        _count_rows(int(empty.sum()), "with empty cells"),
+        _count_rows(repeated, f"that repeat{'s' * (repeated == 1)} a time"),
+    ]
     about = " and ".join(word for word in words if word)
     rows = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True))
     return UsableTable(table=rows, lost=lost, about=(f"without {about}",))

@@ -6,8 +6,11 @@ or refuse without naming the line.
 
 from __future__ import annotations
 
+import csv
 import gzip
 import zlib
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -21,7 +24,7 @@ ALWAYS = ";\t"
 
 
 def check_layout(path: Path) -> None:
-    """Refuse comments before the header, a missing header, other separators, decimal commas and ragged rows.
+    """Refuse comments before the header, a missing header, repeated names, other separators and ragged rows.
 
     Parameters
     ----------
@@ -45,6 +48,30 @@ def check_layout(path: Path) -> None:
         return  # said by whoever reads the file whole
     _check_header(path, lines[0].strip(), empty=not any(line.strip() for line in lines))
     _check_rows(path, lines)
+
+
+def refuse_repeated_names(where: str, names: Sequence[str]) -> None:
+    """Refuse a header in which a name occurs twice.
+
+    pandas would number the second one, as in ``angle (rad).1``, and that number would be read as a joint's.
+
+    Parameters
+    ----------
+    where
+        Place of the header, for the message.
+    names
+        Names of the columns; blanks around them and empty ones count for nothing.
+
+    Raises
+    ------
+    InputError
+        With the first name that occurs again.
+    """
+    stripped = [name.strip() for name in names]
+    for name in stripped:
+        if name and stripped.count(name) > 1:
+            expected, got = "each column once", f"{stripped.count(name)} columns named {name!r}"
+            raise InputError(where, expected=expected, got=got, todo="rename one of them, or take it out")
 
 
 def refuse_bomb(path: Path, unpacked: int) -> None:
@@ -100,6 +127,8 @@ def _check_header(path: Path, header: str, *, empty: bool) -> None:
     if header and all(_is_number(cell) for cell in cells if cell):
         todo = "write a first line with the names of the columns, as in time_s,torque_0_Nm,position_0_rad"
         raise InputError(where, expected="the names of the columns", got=repr(header[:40]), todo=todo)
+    with suppress(csv.Error):  # said by whoever reads the file whole
+        refuse_repeated_names(where, next(csv.reader([header]), []))
 
 
 def _check_rows(path: Path, lines: list[str]) -> None:

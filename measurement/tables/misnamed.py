@@ -54,3 +54,18 @@ def advice(column: str, columns: Sequence[str]) -> str:
                 return f"did you mean {name!r} there? {how} and name it {column}"
     near = get_close_matches(column, columns, n=1, cutoff=0.7)
     return f"did you mean {near[0]!r} there?" if near else ""
+
+
+def looks_like_time(column: str) -> bool:
+    """Whether a name is a common one of the time, with or without a unit.
+
+    Parameters
+    ----------
+    column
+        Name of a column.
+
+    Returns
+    -------
+    bool
+    """
+    return any(known == "time_s" and re.fullmatch(pattern, column, re.IGNORECASE) for pattern, known, _ in UNITS)

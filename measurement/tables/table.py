@@ -1,6 +1,7 @@
 """Read one table of a run: CSV (optionally gzipped) or Parquet in, `Table` out.
 
-1. Check the layout of a CSV file (`check_layout`): pandas would read a wrong separator without an error.
+1. Check the layout of a CSV file (`check_layout`): pandas would read a wrong separator or a repeated name without an
+   error.
 2. Read all cells as numbers; where one is none, read all again as text, so that an error can show the cell.
 3. Drop blank lines at the end, and refuse fewer than 8 rows.
 
@@ -22,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 from haptid.measurement.tables.damage import CORRECT_CELL, DECIMAL_COMMA, refuse_damaged
-from haptid.measurement.tables.layout import check_layout, refuse_bomb
+from haptid.measurement.tables.layout import check_layout, refuse_bomb, refuse_repeated_names
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -34,6 +35,17 @@ TEXT_SUFFIXES = (".csv", ".csv.gz")
 SUFFIXES = (*TEXT_SUFFIXES, ".parquet")
 OTHER_TEXT_SUFFIXES = (".txt", ".tsv", ".dat")
 """Ends of text tables that a campaign is made of, and does not hold itself."""
+ISO_DATE = re.compile(
+    r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2}(?:\.\d+)?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*", re.IGNORECASE
+)
+"""A date with the time of day, as ISO 8601 has it."""
+TODO_BY_CELL = (
+    (re.compile(r"\s*[+-]?\d{1,3}(,\d{3})+\.\d*\s*|\s*[+-]?\d{1,3}(,\d{3}){2,}\s*"),
+     "export without commas between thousands"),
+    (re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE), DECIMAL_COMMA),
+    (ISO_DATE, "dates are read where a campaign is made (haptid init): write seconds here"),
+)  # fmt: skip
+"""Forms of a cell that is no number, and what to do about them; the first match decides."""
 SHOWN_CELL_CHARACTERS = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -115,26 +127,25 @@ class Table:
         Raises
         ------
         InputError
-            Where the column is missing or occurs twice, or a cell holds no finite number; it names the cell's line.
+            Where the column is missing, or a cell holds no finite number; it names the cell's line.
         """
         if column not in self.frame:
             todo = advice(column, self.columns) or f"it has {_some(self.columns)}"
             raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
-        if f"{column}.1" in self.frame:  # the name that pandas gives a second column of the same name
-            raise InputError(self.header, expected=f"one column {column}", got="two")
         values = self.loosely(column)
         bad = np.flatnonzero(~(np.abs(values) < THRESHOLDS.largest_reading))  # negated, so that NaN is bad, too
         if bad.size:
-            raise self._no_number(column, int(bad[0]), values[bad[0]])
+            raise self._no_number(column, int(bad[0]), values)
         return values
 
-    def _no_number(self, column: str, index: int, value: float) -> InputError:
+    def _no_number(self, column: str, index: int, values: Array) -> InputError:
         """Return the error of a cell that is no finite number or is too large; it shows the cell as it is written."""
         cell = self._as_written(column, index)
         got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), SHOWN_CELL_CHARACTERS))
-        todo = CORRECT_CELL if np.isnan(value) else f"no value is above {THRESHOLDS.largest_reading:g}"
-        if re.fullmatch(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", str(cell), re.IGNORECASE):
-            todo = DECIMAL_COMMA
+        if index == 0 and np.isnan(values).all() and not pd.isna(cell):
+            got += " and no number in any other row"
+        todo = CORRECT_CELL if np.isnan(values[index]) else f"no value is above {THRESHOLDS.largest_reading:g}"
+        todo = next((known for form, known in TODO_BY_CELL if form.fullmatch(str(cell))), todo)
         return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)
 
     def _as_written(self, column: str, index: int) -> Any:
@@ -209,7 +220,8 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
     Raises
     ------
     InputError
-        For a missing file, an unknown kind of file, a damaged one, and one with fewer than 8 rows.
+        For a missing file, an unknown kind of file, a damaged one, one in which a column's name occurs twice, and one
+        with fewer than 8 rows.
     """
     if not is_file(path):
         names = _neighbours(path)
@@ -223,6 +235,7 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
         check_layout(path)
     frame = _read_frame(path, as_text=as_text)
     frame.columns = pd.Index([str(name).strip() for name in frame.columns])
+    refuse_repeated_names(f"{path}, columns", list(frame.columns))
     filled = np.flatnonzero(frame.notna().any(axis=1).to_numpy())
     frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]  # blank lines at the end of a file are no rows
     if len(frame) < THRESHOLDS.least_rows_of_table:

@@ -114,7 +114,16 @@ def test_validation_run_of_a_joint_without_fit_run(folder):
 TABLE_FAULTS = [
     (1, "time_s,torque_4,position_4_rad", r"a\.csv, line 1: expected a column torque_4_Nm, .*did you mean 'torque_4'"),
     (1, "time_s,torque_4_Nm,angle", r"a\.csv, line 1: expected a column position_4_rad, got none; it has time_s"),
-    (1, "time_s,torque_4_Nm,torque_4_Nm", r"a\.csv, line 1: expected one column torque_4_Nm, got two"),
+    (
+        1,
+        "time_s,torque_4_Nm,torque_4_Nm",
+        r"line 1: expected each column once, got 2 columns named .torque_4_Nm.; rename",
+    ),
+    (
+        1,
+        "time_s,torque_4_Nm,position_4_rad,note, note",
+        r"line 1: expected each column once, got 2 columns named 'note'",
+    ),
     (7, "0.025,,0.1", r"a\.csv, line 7, torque_4_Nm: expected a finite number, got an empty or NaN cell"),
     (7, "0.025,NaN,0.1", r"a\.csv, line 7, torque_4_Nm: .*NaN"),
     (7, "0.025,inf,0.1", r"a\.csv, line 7, torque_4_Nm: .*got 'inf'"),

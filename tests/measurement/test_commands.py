@@ -177,6 +177,14 @@ def test_new_takes_a_current_with_the_torque_of_an_ampere(tables, tmp_path, posi
     np.testing.assert_allclose(read_campaign(out).runs[0].u[:, 0], 0.25 * original["tau"], rtol=1e-15)
 
 
+@pytest.mark.parametrize(("constant", "told"), [("-0.25", True), ("0.25", False)])
+def test_new_remarks_on_a_constant_that_turns_the_sign(tables, tmp_path, constant, told):
+    made = run_new(tables, "--out", tmp_path / "made", "--measured", *CURRENTS, TURNS, "--torque-constant", constant)
+    assert made.exit_code == 0, made.output
+    sentence = "remark: --torque-constant -0.25 is below 0: the torque has the opposite sign of the recorded current"
+    assert (sentence in made.output) is told
+
+
 def test_new_asks_for_the_torque_of_an_ampere(tables, tmp_path, monkeypatch):
     monkeypatch.setattr(new, "_can_ask", lambda: True)
     answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ncurrent_2_A\nposition_2_rad*0.0174533\n1e-4\nmany\n0.25\n"

@@ -68,3 +68,14 @@ def test_an_error_names_the_line_of_the_file(tmp_path: Path):
 @pytest.mark.parametrize("lines", [[], ["a,b"], ["1,2", "3,4", "5,6", "7,8"], ["a b", "1 2", "3 4", "5 6"]])
 def test_no_header_is_guessed(lines: list[str]):
     assert find_layout(lines) is None
+
+
+@pytest.mark.parametrize(("separator", "before", "line"), [(",", "", 1), (";", "Logger 3\n\n", 3)])
+def test_a_column_named_twice_is_no_other_joint(tmp_path: Path, separator: str, before: str, line: int):
+    rows = [separator.join(("time_s", "torque (Nm)", "angle (rad)", "angle (rad)"))]
+    rows += [separator.join(f"{x:.4f}" for x in (*row, 0.0)) for row in ROWS]
+    (tmp_path / "a.csv").write_text(before + "\n".join(rows) + "\n")
+    with pytest.raises(
+        InputError, match=rf"line {line}: expected each column once, got 2 columns named 'angle \(rad\)'"
+    ):
+        read_logged_table(tmp_path / "a.csv")

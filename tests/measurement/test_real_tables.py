@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -146,3 +147,68 @@ def test_a_number_of_thousands_of_digits_is_no_joint(header: str, tmp_path: Path
     assert len(done.stderr.splitlines()) == 1
     assert len(done.stderr) <= 310
     assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_place_of_its_folder_is_told(tmp_path: Path):
+    write_pendulum(tmp_path / "tables")
+    told = run_init(tmp_path / "tables" / "a.csv", "--out", tmp_path / "made", "--yes")
+    assert told.returncode == 2
+    assert told.stderr.startswith(
+        f"error: {tmp_path / 'tables' / 'a.csv'}: expected a folder of tables, got a file; name"
+    )
+    assert told.stderr.rstrip().endswith(f"haptid init {tmp_path / 'tables'}")
+
+
+def test_dates_make_a_campaign(tmp_path: Path):
+    write_pendulum(tmp_path / "tables", ("a.csv",))
+    frame = pd.read_csv(tmp_path / "tables" / "a.csv")
+    frame["time_ms"] = (pd.Timestamp("2026-03-12T10:00:00") + pd.to_timedelta(frame["time_ms"], unit="ms")).astype(str)
+    frame.rename(columns={"time_ms": "Timestamp"}).to_csv(tmp_path / "tables" / "a.csv", index=False)
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--yes")
+    assert done.returncode == 0, done.stderr
+    assert "a.csv has dates in 'Timestamp', read as seconds from the first row" in done.stdout
+    np.testing.assert_allclose(read_campaign(tmp_path / "made").runs[0].t, 2e-3 * ROWS, atol=1e-9)
+
+
+def test_init_says_what_check_will_say(tmp_path: Path):
+    write_pendulum(tmp_path / "tables", ("a.csv", "b.csv"))
+    for name in ("a.csv", "b.csv"):
+        path = tmp_path / "tables" / name
+        path.write_text(path.read_text().replace("time_ms", "time_s", 1))
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--yes", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["refused"].startswith(
+        f"{tmp_path / 'made' / 'a.csv'}, time_s: expected time in seconds, with rows 0.5 s"
+    )
+    assert f"to mend before a fit: {told['refused']}" in done.stderr
+    assert "next: " not in done.stderr
+
+
+def test_init_ends_with_the_remarks(tmp_path: Path):
+    write_pendulum(tmp_path / "tables", ("a.csv", "b.csv"))
+    shutil.copy(tmp_path / "tables" / "a.csv", tmp_path / "tables" / "b.csv")
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--yes", "--json")
+    told = json.loads(done.stdout)
+    assert told["refused"] is None
+    assert [
+        remark for remark in told["remarks"] if remark.startswith("b.csv, joint 0: it holds the same rows as a.csv")
+    ]
+    assert all(f"remark: {remark}" in done.stderr for remark in told["remarks"])
+    assert done.stderr.rstrip().endswith(f"next: haptid check {tmp_path / 'made'}")
+
+
+@pytest.mark.parametrize("flag", ["--yes", "--measured"])
+def test_runs_whose_names_say_so_are_kept_from_every_fit_without_a_terminal(tmp_path: Path, flag: str):
+    write_pendulum(tmp_path / "tables")
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", flag)
+    assert done.returncode == 0, done.stderr
+    assert "  kept from every fit: val_1.csv, val_2.csv (--validate)" in done.stdout
+    assert [run.use for run in read_campaign(tmp_path / "made").runs] == ["fit", "validate", "validate"]
+
+
+def test_nothing_is_told_of_runs_kept_where_a_flag_names_them(tmp_path: Path):
+    write_pendulum(tmp_path / "tables")
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--measured", "--validate", "val_1.csv")
+    assert "assumed" not in done.stdout
+    assert [run.use for run in read_campaign(tmp_path / "made").runs] == ["fit", "validate", "fit"]

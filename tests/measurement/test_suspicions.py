@@ -16,7 +16,18 @@ from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.values.run import Array, Run
 from tests.real_data import DATA
 
-WORDS = ("degrees?", "milliseconds?", "sign wrong", "clipped", "is stated", "same rows", "swapped?", "never changes")
+WORDS = (
+    "degrees?",
+    "milliseconds?",
+    "sign wrong",
+    "clipped",
+    "is stated",
+    "same rows",
+    "swapped?",
+    "never changes",
+    "cell cut",
+    "other runs",
+)
 
 
 def a_run(t: Array, u: Array, y: Array, *, noise: float = np.nan, file: str = "a.csv", use: str = "fit") -> Run:

@@ -68,11 +68,16 @@ def test_rows_without_numbers_are_left_out_and_long_gaps_cut(tmp_path: Path):
     assert "without 33 rows with empty cells" in done.stderr + done.stdout
 
 
-def test_rows_that_repeat_a_time_are_left_out(tmp_path: Path):
-    frame = table().iloc[np.sort(np.r_[0:1500, 30, 700])]
+@pytest.mark.parametrize(
+    ("repeated", "told"),
+    [((30,), "without 1 row that repeats a time"), ((30, 700), "without 2 rows that repeat a time")],
+)
+def test_rows_that_repeat_a_time_are_left_out(tmp_path: Path, repeated: tuple[int, ...], told: str):
+    frame = table().iloc[np.sort(np.r_[0:1500, repeated])]
     done, runs = make(tmp_path, {"a.csv": frame}, "--resolution", STEP)
     assert done.returncode == 0, done.stderr
     np.testing.assert_allclose(runs[0].t, T)
+    assert told in done.stdout
 
 
 def test_signals_of_two_rates_in_one_table_are_refused_as_before(tmp_path: Path):

@@ -191,7 +191,7 @@ def test_a_later_posture_is_drawn_in_full_where_it_leaves_more_than_noise(number
 
 def test_the_overview_has_fit_and_validation(page):
     table = page.table("Overview", heading="outcome")
-    assert table.header[1:6] == ["fit/noise", "validate/noise", "starts", "best basin", "seconds"]
+    assert table.header[1:6] == ["fit/noise", "validate/noise", "starts", "best basin", "fit [s]"]
     assert table.rows[1:] == [
         ["joint 4", "1.012", "1.034", "6", "3 of 6", "9.4", "converged"],
         ["joint 2", "15 (3.2 mrad, 4.1 % of the range)", "24 (4.3 mrad, 6.7 % of the range)", "4", "3 of 4", "7.2",

@@ -112,3 +112,40 @@ def test_a_log_holds_nothing_before_an_error(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(declaration.importlib, "import_module", lambda _: SimpleNamespace(work=lambda **_: 3))
     assert declaration.call("some.module", "work", quiet=False) == 3
     assert not told.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["init", "t", "--out", "o", "--resolution", "0,00077"],
+         "error: haptid init: invalid value for '--resolution': '0,00077' is not a valid float; write a decimal point; "
+         "see haptid init --help\n"),
+        (["identify", "c", "--starts", "many"], "is not a valid integer"),
+        (["identify", "c", "--outt", "o"], "error: haptid identify: no such option"),
+        (["init", "t"], "error: haptid init: missing option '--out'; see haptid init --help\n"),
+        (["export", "--from", "a.json", "--out", "a.fmu", "--kind", "natve"], "'natve' is not one of"),
+        (["check", "a", "b"], "error: haptid check: got unexpected extra argument"),
+        (["--jsn", "check"], "error: haptid: no such option"),
+    ],
+)  # fmt: skip
+def test_a_wrong_command_line_is_one_line_that_names_the_help(arguments: list[str], told: str):
+    done = CliRunner().invoke(main, arguments, prog_name="haptid")
+    assert done.exit_code == 2
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+    assert done.stderr.startswith("error: haptid")
+    assert done.stderr.endswith("--help\n")
+    assert told in done.stderr
+
+
+def test_a_call_without_a_command_shows_the_help():
+    done = CliRunner().invoke(main, [])
+    assert "Usage: " in done.output
+    assert "error: " not in done.output
+
+
+def test_a_module_ends_in_one_line_too():
+    done = subprocess.run(
+        [sys.executable, "-m", "measurement.new", "t"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    told = "error: python -m measurement.new: missing option '--out'; see python -m measurement.new --help\n"
+    assert (done.returncode, done.stderr) == (2, told)

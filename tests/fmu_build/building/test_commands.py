@@ -142,6 +142,16 @@ def test_export_refuses_what_is_no_identification(content, tmp_path):
     assert not (tmp_path / "x.fmu").exists()
 
 
+@pytest.mark.parametrize("name", ["x.txt", "x", "x.fmu.zip"])
+def test_an_fmu_of_another_name_is_refused(name: str, tmp_path):
+    path = tmp_path / "identification.json"
+    path.write_text(json.dumps(identification()))
+    result = CliRunner().invoke(export, ["--from", str(path), "--out", str(tmp_path / name)])
+    assert result.exit_code == 2
+    assert f"{name}: expected a name that ends in .fmu, got {name!r}" in result.stderr
+    assert not (tmp_path / name).exists()
+
+
 def test_links_that_no_body_has_are_told(tmp_path):
     path, data = tmp_path / "identification.json", identification()
     data["links"]["6"]["I11"] = {"value": 0.01, "unit": "kg m^2"}

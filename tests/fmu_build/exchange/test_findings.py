@@ -150,6 +150,27 @@ def test_one_joint_alone_takes_nothing_along(tmp_path: Path):
     assert "expected the whole device, got a joint alone" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("verdict", "fmu", "told"),
+    [
+        ("unlisted", None, "has the verdict 'unlisted', and haptid missing wrote no FMU of the joint with effects"),
+        ("named", "fmu/joint4_cogging.fmu", "haptid missing has written the FMU of the joint with its effects: "),
+    ],
+)
+def test_a_joint_alone_is_told_whether_an_fmu_with_its_effects_is_there(
+    tmp_path: Path, verdict: str, fmu: str | None, told: str
+):
+    source, found = tmp_path / "identification.json", tmp_path / "discrepancy" / "joint4.json"
+    source.write_text(json.dumps(identification()))
+    found.parent.mkdir()
+    found.write_text(json.dumps(finding({"cogging": COGGING}, verdict=verdict) | {"fmu": fmu}))
+    arguments = ["--from", str(source), "--out", str(tmp_path / "one.fmu"), "--joints", "4", "--with", str(found)]
+    result = CliRunner().invoke(export, arguments)
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert fmu is None or str(tmp_path / fmu)[-30:] in result.stderr
+
+
 def test_bounds_without_their_scale_hold_the_value_and_its_sign():
     found = finding_of(finding({"tendon_elasticity": TENDON}), "x", catalogue())
     rows = {q.id: q for q in found.effects[0].parameters}

@@ -1,0 +1,76 @@
+"""Times written as dates are read as seconds from the first row; other texts are refused with what they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from haptid.measurement.making.dates import with_seconds
+from haptid.measurement.making.logged_table import read_logged_table
+from haptid.measurement.tables.table import read_table
+from haptid.support.errors import InputError
+
+ROWS = 12
+START = pd.Timestamp("2026-03-12T23:59:59.980")
+
+
+def written(folder: Path, name: str = "time_s", form: str = "%Y-%m-%dT%H:%M:%S.%f", **more: object) -> Path:
+    moments = START + pd.to_timedelta(4 * np.arange(ROWS), unit="ms")
+    columns = {name: moments.strftime(form), "torque (Nm)": 0.5, "angle (rad)": np.arange(ROWS) * 0.1, **more}
+    pd.DataFrame(columns).to_csv(folder / "a.csv", index=False)
+    return folder / "a.csv"
+
+
+@pytest.mark.parametrize("name", ["time_s", "Timestamp", "Zeitstempel", "time_ms"])
+@pytest.mark.parametrize("form", ["%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f", "%Y-%m-%dT%H:%M:%S.%f+01:00"])
+def test_dates_are_seconds_from_the_first_row(tmp_path: Path, name: str, form: str):
+    table, told = with_seconds(read_logged_table(written(tmp_path, name, form))[0])
+    assert told == f"dates in {name!r}, read as seconds from the first row"
+    np.testing.assert_allclose(table.numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
+
+
+def test_a_mapped_column_keeps_its_name(tmp_path: Path):
+    table, _ = with_seconds(read_logged_table(written(tmp_path, "Uhr"))[0], {"Uhr"})
+    np.testing.assert_allclose(table.numbers("Uhr")[:2], [0.0, 0.004], atol=1e-9)
+
+
+def test_dates_beside_a_time_are_left(tmp_path: Path):
+    table, told = with_seconds(read_logged_table(written(tmp_path, "Datum", time_s=np.arange(ROWS)))[0])
+    assert (told, table.columns[0]) == ("", "Datum")
+
+
+def test_dates_of_parquet(tmp_path: Path):
+    moments = START + pd.to_timedelta(4 * np.arange(ROWS), unit="ms")
+    pd.DataFrame({"time": moments, "torque_0_Nm": 0.5}).to_parquet(tmp_path / "a.parquet")
+    table, _ = with_seconds(read_table(tmp_path / "a.parquet"))
+    np.testing.assert_allclose(table.numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
+
+
+def test_a_cell_that_is_no_date_is_shown(tmp_path: Path):
+    path = written(tmp_path)
+    lines = path.read_text().splitlines()
+    lines[5] = "ERR,0.5,0.4"
+    path.write_text("\n".join(lines) + "\n")
+    table, _ = with_seconds(read_logged_table(path)[0])
+    with pytest.raises(InputError, match=r"a\.csv, line 6, time_s: expected a finite number, got 'ERR'; correct"):
+        table.numbers("time_s")
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("2026-03-12T10:00:00.000", "and no number in any other row; dates are read where a campaign is made"),
+        ('"1,000.0"', "'1,000.0' and no number in any other row; export without commas between thousands"),
+        ('"1,000,000"', "export without commas between thousands"),
+        ('"1,5"', "where a comma is the decimal sign"),
+        ("start", "got 'start' and no number in any other row; correct the cell"),
+    ],
+)
+def test_a_column_without_numbers_says_what_it_holds(tmp_path: Path, cell: str, told: str):
+    (tmp_path / "a.csv").write_text("time_s,torque_0_Nm\n" + f"{cell},0.5\n" * ROWS)
+    with pytest.raises(InputError) as caught:
+        read_table(tmp_path / "a.csv").numbers("time_s")
+    assert told in str(caught.value)
