@@ -8,6 +8,7 @@ from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.model.equations.quantity import Normal
 from haptid.noise.hyper import HalfNormal
 from haptid.noise.noise_model import NoiseModel
+from haptid.noise.thresholds import THRESHOLDS as NOISE
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
@@ -162,3 +163,16 @@ def test_a_fit_at_a_bound_has_coordinates_inside_it(equations):
     eta = coordinates.eta(theta)
     assert np.isfinite(eta).all()
     assert (eta >= coordinates.bounds()[0]).all()
+
+
+def test_the_mode_has_a_covariance_where_the_model_leaves_hundreds_of_times_the_noise(equations):
+    """Readings whose noise is stated far too small: the noise factor is large, and no bound of ours holds it."""
+    run = make_run(equations, seed=3)
+    run = run.but(noise=run.noise / 400)
+    forward = KernelForward(equations=equations, step=2.5e-3)
+    width = NOISE.estimated_noise_log_std
+    problem = Problem(simulator=forward.simulator(), forward=forward, fitted=(run,), unseen=(), noise_width=width)
+    mode = problem.mode(NoiseModel(), np.array([q.initial for q in equations.parameters]))
+    assert mode.density.hyper(mode.eta[None])["noise_factor"][0] == pytest.approx(400, rel=0.2)
+    # N rows know a standard deviation to 1/√(2·N) of its size.
+    assert np.sqrt(mode.covariance[-1, -1]) == pytest.approx(1 / np.sqrt(2 * run.t.size), rel=0.2)
