@@ -58,7 +58,7 @@ def _content_of(data: Mapping[str, Any]) -> tuple[str, str, list[Section]]:
 def _configuration(entry: Mapping[str, Any]) -> Section:
     joints = entry.get("free_joints", [])
     parameters = [
-        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), _status(p["status"], entry["outcome"]))
+        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), _status(p["status"], entry.get("outcome", "")))
         for id, p in entry["parameters"].items()
     ]
     runs = [(run["file"], run["use"], _score(run["rmse_over_noise"])) for run in entry["runs"]]
