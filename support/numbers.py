@@ -32,6 +32,28 @@ def plain(value: float, digits: int = 2) -> str:
     return f"{float(text):.0f}" if "e" in text and 1.0 <= abs(value) < 999_999.5 else text
 
 
+def times(ratio: float) -> str:
+    """Write how many times something is as much as something else.
+
+    Parameters
+    ----------
+    ratio
+        The quotient.
+
+    Returns
+    -------
+    str
+        Two digits and ``times``; ``as much as`` where they are the same to two digits.
+
+    Examples
+    --------
+    >>> times(17.47), times(0.997), times(1.06)
+    ('17 times', 'as much as', '1.1 times')
+    """
+    text = plain(ratio)
+    return "as much as" if text == "1" else f"{text} times"
+
+
 def count_of(number: int, noun: str) -> str:
     """Write a number of things.
 

@@ -48,8 +48,9 @@ def posterior(**settings: Any) -> Any:
     """Sample the posterior of every joint's parameters in CAMPAIGN, which says how well each is known.
 
     CAMPAIGN is a folder with campaign.toml; the embedded Freedom 6S one where left out. It goes on from the fits that
-    haptid identify left below --out, and makes its own where there are none. A joint takes minutes. Of a calibrated
-    FMU, CAMPAIGN is the folder of the results.
+    haptid identify left below --out, and makes its own where there are none. A joint takes minutes, and more
+    where its model leaves much more than the noise: the progress says how long is left, the chains end after 5000 steps
+    at most, and --quick ends sooner. Of a calibrated FMU, CAMPAIGN is the folder of the results.
 
     Units: rad, N m, kg m² (m, N, kg for a joint that slides), s.
     """

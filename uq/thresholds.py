@@ -25,6 +25,8 @@ class Thresholds:
     and Schwarz no posterior mean then moves by more than this share of its standard deviation."""
     draws_of_solver_error: int = 16
     """Draws of the normal approximation from which the solver's error is estimated [1]."""
+    most_halvings_of_a_draw: int = 30
+    """Times that a draw's distance from the mode is halved [1], until the posterior reaches the draw."""
 
     # Mode: when the climb ends, and how wide the normal approximation may be.
     largest_last_change_of_log_posterior: float = 0.05

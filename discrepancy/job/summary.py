@@ -69,6 +69,9 @@ def tell_finding(finding: AnyFinding, title: str, verdict: str) -> Told:
 
 def _gap_table(finding: Finding) -> Table:
     unit = unit_for("rad", finding.search.study.fitted[0].prismatic)
+    judged = finding.judgement
+    # Of what is unlisted the figures are those of the nearest of the catalogue, which is no finding.
+    with_what = " with the stand-in" if judged.verdict == "unlisted" and judged.effects else ""
     rows, lines = [], []
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"
@@ -76,5 +79,6 @@ def _gap_table(finding: Finding) -> Table:
         closed = "–" if share is None else f"{100 * share:.1f} %{beside}"
         rows.append((name, *amounts, closed))
         told = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"
-        lines.append(f"  {name}: RMS {amounts[0]} before, {amounts[1]} after, noise {amounts[2]}{told}")
-    return Table(header=(f"RMS [{unit}]", "before", "after", "noise", "gap closed"), rows=rows, plain="\n".join(lines))
+        lines.append(f"  {name}: RMS {amounts[0]} before, {amounts[1]} after{with_what}, noise {amounts[2]}{told}")
+    header = (f"RMS [{unit}]", "before", f"after{with_what}", "noise", "gap closed")
+    return Table(header=header, rows=rows, plain="\n".join(lines))

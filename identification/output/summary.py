@@ -12,12 +12,17 @@ import numpy as np
 
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import tell_comparison, tell_delay, tell_over_noise
+from haptid.identification.result.fit import RunScore
+from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
+from haptid.support.numbers import plain
 from haptid.support.tables import Table, Told
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "fit [s]", "outcome")
 """Headings of the configurations. ``fit [s]`` is `Fit.wall_s`, which is not the time of the command."""
+MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
+"""Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
 PARAMETER_HEADER = ("parameter", "value", "std", "unit", "status")
 
 
@@ -58,15 +63,72 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
     Returns
     -------
     list of tuple of str
-        A row a parameter, with cells in the order of `PARAMETER_HEADER`; no number for one that the runs do not tell.
+        A row a parameter, with cells in the order of `PARAMETER_HEADER`; no number for one that the runs do not tell,
+        and ``uncertain`` in place of ``identified`` where the model does not fit.
     """
-    fit = step.fit
+    fit, uncertain = step.fit, set(uncertain_ids(step))
     rows: list[tuple[str, ...]] = []
     for quantity, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True):
         status = fit.statuses[quantity.id]
         told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
-        rows.append((quantity.id, *told, quantity.unit, status))
+        rows.append((quantity.id, *told, quantity.unit, "uncertain" if quantity.id in uncertain else status))
     return rows
+
+
+def worst_score(step: Step) -> RunScore | None:
+    """Return the score of the run that a fit misses most.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    RunScore or None
+        Among the runs that no fit saw, else among the fitted ones; None where there is neither.
+    """
+    unseen = [score for score in step.fit.runs if score.use == "validate"]
+    return max(unseen or step.fit.runs, key=lambda score: score.over_noise, default=None)
+
+
+def uncertain_ids(step: Step) -> list[str]:
+    """List the parameters that the data determine, but in a model that does not fit.
+
+    The status of such a parameter is ``identified``, by a standard deviation that the jackknife widened. What the model
+    lacks may still have moved the value further: a cubic spring that it lacks turns gravity to the other sign.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    list of str
+        Empty where the residual is at the noise, and where another outcome says how the fit was made.
+    """
+    if step.fit.outcome not in MODEL_DOES_NOT_FIT:
+        return []
+    return [id for id, status in step.fit.statuses.items() if status == "identified"]
+
+
+def tell_uncertain(step: Step) -> str:
+    """Say why values of a model that does not fit are uncertain.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    str
+        As ``uncertain: the model leaves 7.7 times the noise``, of the run that the fit misses most.
+    """
+    worst = worst_score(step)
+    left = "more than the noise" if worst is None else f"{plain(worst.over_noise, 2)} times the noise"
+    return f"uncertain: the model leaves {left}"
 
 
 def _worst(step: Step, use: str) -> str:
@@ -160,6 +222,9 @@ def attention(step: Step) -> list[str]:
         ids = [id for id, s in fit.statuses.items() if s == status]
         if ids:
             said.append(f"{words}: {', '.join(ids)}")
+    uncertain = uncertain_ids(step)
+    if uncertain:
+        said.append(f"{tell_uncertain(step)}, and what it lacks may have moved {', '.join(uncertain)}")
     said += [f"contradicts an earlier test: {a.name} (p = {a.p:.1e})" for a in step.agreements if a.contradicts]
     zeros = encoder_zeros(fit)
     if zeros:

@@ -31,6 +31,8 @@ MOST_VECTOR_DOTS = 500
 """Most dots of a curve that a still picture draws one by one; more become pixels."""
 LARGEST_STEP = 65534
 """Number of steps from the least to the greatest number of a curve; one more means none."""
+WIDEST_ON_A_PHONE = 6.0
+"""Widest figure whose letters of 9 pt still have 8 pixels where it is shrunk to a phone of 390 pixels [inch]."""
 STATIC_COLUMNS = 300
 """Columns of a static panel, of which a figure has two or three side by side [pixel]."""
 
@@ -77,7 +79,8 @@ def picture_of(made: Figure, *, caption: str, alt: str) -> Picture:
     """
     panels = panels_of(made)
     thin_curves(made)
-    return Picture(uri=data_uri(made), caption=caption, alt=alt, panels=panels)
+    small = float(made.get_figwidth()) <= WIDEST_ON_A_PHONE
+    return Picture(uri=data_uri(made), caption=caption, alt=alt, panels=panels, small=small)
 
 
 def panels_of(made: Figure) -> tuple[Panel, ...]:

@@ -214,12 +214,15 @@ class Picture:
         Text for readers who cannot see the picture.
     panels
         Curves for the view that a script makes in place of the picture; none where empty.
+    small
+        Whether its letters can be read where the picture fills the width of a phone.
     """
 
     uri: str
     caption: str
     alt: str
     panels: Sequence[Panel] = ()
+    small: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

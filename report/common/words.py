@@ -127,6 +127,15 @@ STATUSES = _group(
         "Widen the bound if physics allows, else look what the model lacks.",
     ),
 )  # fmt: skip
+UNFIT = _group(
+    "unfit",
+    (
+        "uncertain", "look",
+        "Parts of the motion agree on the value, but the model leaves more than the noise: what it lacks may have "
+        "moved the value by far more than the standard deviation beside it.",
+        "Do not take it for the machine's value: run haptid missing, which finds what the model lacks.",
+    ),
+)  # fmt: skip
 WHOLE = _group(
     "whole",
     (
@@ -195,6 +204,7 @@ SAMPLERS = _group(
 GROUPS: dict[str, tuple[Word, ...]] = {
     "How a fit ended": FITS,
     "Status of a parameter": STATUSES,
+    "Value of a model that leaves more than the noise": UNFIT,
     "The whole model, all joints free": WHOLE,
     "What is missing": VERDICTS,
     "State of the sampler": SAMPLERS,

@@ -17,11 +17,11 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
+from haptid.report.discrepancy.glance import is_scatter_alone, is_stand_in, position_glance
 from haptid.report.discrepancy.motion_pictures import before_after_pictures
 from haptid.report.discrepancy.unnamed_section import unnamed_section
 from haptid.report.discrepancy.where_pictures import localisation_picture
-from haptid.support.numbers import plain
+from haptid.support.numbers import plain, times
 
 LARGEST_CHANGE_UNTOLD = 5e-4
 """Largest relative change of a parameter that counts as none: a table would show it as 0.0 %."""
@@ -110,7 +110,7 @@ def _in_words(finding: Finding) -> list[str]:
     gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
     before = (
         f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} {unit} (RMS), "
-        f"{plain(gap.before / gap.noise)} times the sensor's noise of {1e3 * gap.noise:.3g} {unit}."
+        f"{times(gap.before / gap.noise)} the sensor's noise of {1e3 * gap.noise:.3g} {unit}."
     )
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
@@ -124,12 +124,11 @@ def _in_words(finding: Finding) -> list[str]:
             "noise model: intervals and bands that leave the scatter out are too narrow.",
         ]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
-    stand_in = finding.judgement.verdict == "unlisted"
-    closed = "" if share is None or stand_in else f", which closes {100 * share:.1f} % of the gap{beside}"
-    what = "With the stand-in" if stand_in else "With what was found"
-    after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {plain(gap.after / gap.noise)} times"
+    closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
+    what = "With the stand-in" if is_stand_in(finding) else "With what was found"
+    after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {times(gap.after / gap.noise)} the noise"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
-    return [f"{before} {after} the noise{closed}.", *made]
+    return [f"{before} {after}{closed}.", *made]
 
 
 def _gaps(finding: Finding) -> Table:
@@ -138,16 +137,19 @@ def _gaps(finding: Finding) -> Table:
         "validate": "runs that no fit saw, which chose among candidates",
         "sealed": "sealed runs, which took part in no choice",
     }
-    unlisted = finding.judgement.verdict == "unlisted"
     rows = [
         (
             names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
-            "–" if unlisted or g.closed_beside_scatter is None else f"{100 * g.closed_beside_scatter:.1f} %",
+            "–" if g.closed_beside_scatter is None else f"{100 * g.closed_beside_scatter:.1f} %",
         )
         for name, g in finding.gaps.items()
     ]  # fmt: skip
     unit = f"[{unit_for('mrad', _slides(finding))}]"
-    return Table(header=("", f"missed before {unit}", f"after {unit}", f"sensor noise {unit}", "gap closed"), rows=rows)
+    with_what = " with the stand-in" if is_stand_in(finding) else ""
+    header = (
+        "", f"missed before {unit}", f"after{with_what} {unit}", f"sensor noise {unit}", f"gap closed{with_what}",
+    )  # fmt: skip
+    return Table(header=header, rows=rows)
 
 
 def _scores(finding: Finding) -> Table:

@@ -11,7 +11,13 @@ from collections.abc import Callable, Sequence
 from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction, predict_unseen
 from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
-from haptid.identification.output.summary import attention, residual_unit
+from haptid.identification.output.summary import (
+    attention,
+    residual_unit,
+    tell_uncertain,
+    uncertain_ids,
+    worst_score,
+)
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.protocol import Simulator
@@ -20,10 +26,9 @@ from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Picture, Section, Table, word_cell
+from haptid.report.common.page import Cell, Picture, Section, Table, word_cell
 from haptid.report.identification.figures import run_picture
 from haptid.report.identification.friction_figures import friction_picture
-from haptid.report.identification.glance import worst_score
 from haptid.report.identification.parameter_figures import correlation_table, interval_picture
 from haptid.report.identification.plain_section import plain_section
 from haptid.report.identification.residual_figures import correlation_picture
@@ -136,7 +141,7 @@ def _diagnosis(step: Step, traces: Sequence[Trace]) -> Section:
         scattered = [one for one in found if one is not None and one.p_value < LARGEST_P_OF_SCATTER]
         pictures += [cycles_picture(scattered, name)] if scattered else []
     if drawn:
-        pictures.append(interval_picture(step.fit, name))
+        pictures.append(interval_picture(step.fit, name, uncertain_ids(step)))
     return Section(
         title=f"{name.capitalize()}: friction, residual, intervals",
         anchor=f"{step.configuration.anchor}-diagnosis",
@@ -164,13 +169,14 @@ def _friction(step: Step) -> Picture | None:
 
 
 def _parameters(step: Step) -> Table:
-    fit = step.fit
+    fit, uncertain = step.fit, uncertain_ids(step)
+    unfit = Cell(text=tell_uncertain(step), word="unfit-uncertain")
     rows = [
         (
             q.id,
             with_error(value, std) if not q.fixed else f"{value:.4g}",
             q.unit,
-            word_cell("status", fit.statuses[q.id]),
+            unfit if q.id in uncertain else word_cell("status", fit.statuses[q.id]),
             f"{q.initial:.3g}",
             f"[{q.lower:.3g}, {q.upper:.3g}]" if not q.fixed else "",
             q.description,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from haptid.identification.output.summary import residual_unit
-from haptid.identification.result.fit import RunScore
+from haptid.identification.output.summary import residual_unit, worst_score
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
@@ -46,23 +45,6 @@ def glance_table(steps: Sequence[Step], verification: Verification, files: Seque
     if verification.runs or rest:
         rows.append(_whole_row(verification, rest))
     return Table(header=HEADER, rows=rows)
-
-
-def worst_score(step: Step) -> RunScore | None:
-    """Return the score of the run that a fit misses most.
-
-    Parameters
-    ----------
-    step
-        Configuration with its fit.
-
-    Returns
-    -------
-    RunScore or None
-        Among the runs that no fit saw, else among the fitted ones; None where there is neither.
-    """
-    unseen = [score for score in step.fit.runs if score.use == "validate"]
-    return max(unseen or step.fit.runs, key=lambda score: score.over_noise, default=None)
 
 
 def _files_of(step: Step, files: Sequence[str]) -> list[str]:

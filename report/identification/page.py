@@ -11,7 +11,7 @@ from typing import Any
 
 from haptid.identification.links.consistency import summary as consistency_summary
 from haptid.identification.output.plain_comparison import tell_size_and_share
-from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row
+from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row, worst_score
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
@@ -24,14 +24,14 @@ from haptid.report.identification.glance import (
     LARGEST_RESIDUAL_OVER_EXPECTED,
     glance_table,
     worst_joint,
-    worst_score,
 )
 
 METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
     "noise. The initial position of every run, validation runs included, is fitted with the prior N(first sample, "
     "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
-    "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
+    "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed; "
+    "uncertain (identified, but in a model that leaves more than the noise)."
 )
 MOST_UNFOLDED = 2
 """Most configurations whose sections are open when the page is; of more, the first screen links to each."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -38,7 +40,7 @@ def half_widths(fit: Fit) -> tuple[list[str], Array]:
     return known, 100 * HALF_WIDTH_95 * np.asarray(fit.std)[rows] / values
 
 
-def interval_picture(fit: Fit, title: str) -> Picture | None:
+def interval_picture(fit: Fit, title: str, uncertain: Sequence[str] = ()) -> Picture | None:
     """Draw how well each parameter is known.
 
     Parameters
@@ -47,6 +49,8 @@ def interval_picture(fit: Fit, title: str) -> Picture | None:
         Fit with its covariance.
     title
         Name of the configuration.
+    uncertain
+        Identified parameters of a model that does not fit, which are not drawn as known.
 
     Returns
     -------
@@ -58,9 +62,11 @@ def interval_picture(fit: Fit, title: str) -> Picture | None:
         return None
     caption = (
         f"{title}: half width of the 95 % interval in percent of the value, the least known on top; orange where the "
-        "status is not identified. Beyond 100 % not even the sign is known."
+        "status is not identified, or the model does not fit. Beyond 100 % not even the sign is known; of a gravity or "
+        "spring near 0 that may be all there is to know, and its status counts by the largest torque."
     )
-    made = interval_figure(ids, widths, [fit.statuses[id] == "identified" for id in ids])
+    known = [fit.statuses[id] == "identified" and id not in uncertain for id in ids]
+    made = interval_figure(ids, widths, known)
     return picture_of(made, caption=caption, alt=f"{title}, width of each parameter's interval")
 
 

@@ -162,6 +162,20 @@ def test_a_phone_scrolls_only_what_is_wide_and_its_figures_have_letters_to_read(
     assert min(sizes) >= 11
     # A still picture keeps its width, so that its letters keep their size; the reader scrolls it.
     assert shown.locator(".still:visible img").first.bounding_box()["width"] >= 700
+    # What scrolls has a shadow at its edge, and a value stands on one line with its error.
+    for what in (".still:visible", ".scroll:visible"):
+        style = shown.locator(what).first.evaluate("one => getComputedStyle(one).backgroundAttachment")
+        assert style == "local, local, scroll, scroll"
+
+
+def test_a_value_with_its_error_breaks_nowhere_and_a_still_picture_takes_the_whole_width(visit, path):
+    narrow = visit(path, 390)
+    for cell in narrow.locator("td[data-label*='±']").all():
+        assert cell.evaluate("one => getComputedStyle(one).whiteSpace") == "nowrap"
+    wide = visit(path, 1280)
+    for still in wide.locator(".still:visible").all():
+        widths = still.bounding_box()["width"], still.locator("img").bounding_box()["width"]
+        assert widths[0] == pytest.approx(widths[1], abs=1)
 
 
 def test_a_drag_enlarges_all_panels_of_a_run_and_a_double_click_goes_back(visit, path):

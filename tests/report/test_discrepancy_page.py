@@ -19,6 +19,7 @@ from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.fit.held_out import Prediction
 from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.job.summary import tell_finding
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
@@ -182,6 +183,12 @@ def test_the_words_have_the_numbers_of_the_unseen_runs(page):
     assert "The rebuilt model: fmu/joint4_cogging.fmu." in page.paragraphs
 
 
+def test_what_is_at_the_noise_is_as_much_as_the_noise():
+    gap = Gap(before=5.83e-3, after=0.321e-3, noise=0.32e-3)
+    said = "\n".join(page_of(replace(FINDING, gaps={**GAPS, "validate": gap})).paragraphs)
+    assert "it misses them by 0.321 mrad, as much as the noise, which closes 100.0 % of the gap." in said
+
+
 def test_the_words_have_the_numbers_of_the_sealed_runs_where_there_are_any():
     sealed = Gap(before=6.47e-3, after=2.58e-3, noise=0.43e-3, beside=(31.0, 4.0))
     page = page_of(replace(FINDING, gaps={**GAPS, "sealed": sealed}))
@@ -192,10 +199,16 @@ def test_the_words_have_the_numbers_of_the_sealed_runs_where_there_are_any():
     assert list(row.values())[1:] == ["6.47", "2.58", "0.43", "90.0 %"]
 
 
-def test_what_is_only_a_stand_in_closes_nothing():
-    page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, verdict="unlisted"), rebuilt=None))
-    assert page.table("Before and after").column("gap closed") == ["–", "–"]
-    assert "With the stand-in, it misses them by 1.34 mrad, 4.2 times the noise." in "\n".join(page.paragraphs)
+def test_the_figures_of_a_stand_in_are_those_of_the_terminal_and_say_whose_they_are():
+    finding = replace(FINDING, judgement=replace(JUDGEMENT, verdict="unlisted"), rebuilt=None)
+    page = page_of(finding)
+    table = page.table("Before and after")
+    assert table.header[2] == "after with the stand-in [mrad]"
+    assert table.column("gap closed with the stand-in") == ["88.4 %", "81.5 %"]
+    told = "\n".join(str(part) for part in tell_finding(finding, "joint 4", "unlisted"))
+    assert all(words in told for words in ("after with the stand-in", "88.4 %", "81.5 %"))
+    said = "With the stand-in, it misses them by 1.34 mrad, 4.2 times the noise, which closes 81.5 % of the gap."
+    assert said in "\n".join(page.paragraphs)
     assert page.table("What stands in for it").row("cogging", "a·sin(n·q)", "n")["value ± std"] == "7.12 ± 0.13"
 
 

@@ -8,7 +8,7 @@ from tests.report.reading import Seen, seen
 IDENTIFICATION = {
     "campaign": "A wrist", "measured": False,
     "configurations": [{
-        "free_joints": [4], "outcome_sentence": "converged",
+        "free_joints": [4], "outcome": "converged", "outcome_sentence": "converged",
         "parameters": {
             "Ks": {"value": 0.0278, "std": 0.0011, "unit": "N m/rad", "status": "identified"},
             "Kp": {"value": 1.25, "std": None, "unit": "1", "status": "fixed"},
@@ -46,6 +46,12 @@ def test_an_identification_has_its_parameters_and_its_scores():
     assert page.table("Joint 4", heading="run").rows == [
         ["run", "use", "RMS × noise"], ["a.csv", "fit", "1.03"], ["b.csv", "validate", "q 1.27, v –"],
     ]  # fmt: skip
+
+
+def test_a_value_of_a_model_that_does_not_fit_is_uncertain():
+    (entry,) = IDENTIFICATION["configurations"]
+    page = shown({**IDENTIFICATION, "configurations": [{**entry, "outcome": "above_noise"}]})
+    assert page.table("Joint 4", heading="parameter").column("status") == ["uncertain", "fixed"]
 
 
 def test_a_posterior_has_its_interval_of_95_per_cent():

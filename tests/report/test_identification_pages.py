@@ -15,6 +15,7 @@ from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.links.consistency import Agreement
+from haptid.identification.output.summary import attention, parameter_rows
 from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome
@@ -212,6 +213,19 @@ def test_a_parameter_has_its_value_its_error_its_guess_and_its_bounds(page):
     ]  # fmt: skip
     row = table.row("Kp")
     assert [row[name] for name in ("value ± std", "status", "bounds")] == ["1.25", "fixed", ""]
+
+
+def test_no_value_of_a_model_above_the_noise_is_told_as_identified(page):
+    """Its status in the file stays; pages and terminal say by how much the model does not fit."""
+    status = dict(zip(page.table("Joint 2", "Parameters").column("parameter"),
+                      page.table("Joint 2", "Parameters").column("status"), strict=True))  # fmt: skip
+    assert status == {"inertia": "uncertain: the model leaves 24 times the noise", "Ks": "prior", "Kp": "fixed"}
+    assert "#word-unfit-uncertain" in page.links
+    assert [row[-1] for row in parameter_rows(POOR_STEP)] == ["uncertain", "prior", "fixed"]
+    assert [row[-1] for row in parameter_rows(STEP)] == ["identified", "prior", "fixed"]
+    said = "uncertain: the model leaves 24 times the noise, and what it lacks may have moved inertia"
+    assert said in attention(POOR_STEP)
+    assert not any("uncertain" in sentence for sentence in attention(STEP))
 
 
 def test_profiles_and_combinations_have_their_ends_and_errors(page):

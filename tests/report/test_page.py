@@ -85,3 +85,10 @@ def test_rounded_numbers_keep_a_tenth_of_the_error():
     assert round_to_error(123.456, 0.1) == "123.46"
     assert round_to_error(0.0, 0.1) == "0"
     assert round_to_error(1.0, math.inf) == "1"
+
+
+@pytest.mark.parametrize(("inches", "small"), [(5.6, True), (8.5, False)])
+def test_a_small_picture_is_shrunk_to_a_phone_and_a_wide_one_scrolls(inches, small):
+    picture = picture_of(figure(inches, 2.0), caption="c", alt="a")
+    shown = Page(title="t", lead="l", synthetic=None, sections=[Section(title="s", pictures=[picture])]).html
+    assert ('class="still small"' in shown) is small

@@ -96,11 +96,12 @@ class Coordinates:
         Returns
         -------
         lower, upper : ndarray, shape (n,) each
-            Those of a noise parameter are e⁻²⁵ and e⁵: its prior, not they, is to limit it.
+            Those of a noise parameter are e⁻²⁵ and e²⁵: its prior, not they, is to limit it.
         """
         lower, upper = self.parametrisation.bounds
-        rest = np.ones(len(self.hyper))
-        return np.concatenate([lower, -25.0 * rest]), np.concatenate([upper, 5.0 * rest])
+        # A model that lacks something leaves hundreds of times the noise: a mode on a bound would have no curvature.
+        reach = 25.0 * np.ones(len(self.hyper))
+        return np.concatenate([lower, -reach]), np.concatenate([upper, reach])
 
     def values(self, eta: Array) -> Array:
         """Return the untransformed values of η.

@@ -252,6 +252,8 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
     for model in candidates(len(problem.fitted), cycles):
         try:
             mode = problem.mode(model, theta, hyper)
+            if model.correlated and _leaves_more_than_noise(scored[0].mode):
+                mode = _better_from_white_noise(problem, mode, scored[0].mode)
         except NumericalError:
             if not scored:
                 raise
@@ -260,8 +262,30 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
         score = held_out_score(mode, problem.simulator, problem.unseen, normal_draws(mode, rng))
         scored.append(Scored(model=model, mode=mode, score=score))
         theta = mode.density.coordinates.thetas(mode.eta)
-        hyper |= {name: float(value[0]) for name, value in mode.density.hyper(mode.eta[None]).items()}
+        hyper |= _hyper_of(mode)
     return tuple(scored)
+
+
+def _hyper_of(mode: Laplace) -> dict[str, float]:
+    """Return the values of the noise model's parameters at the mode, by id."""
+    return {name: float(value[0]) for name, value in mode.density.hyper(mode.eta[None]).items()}
+
+
+def _leaves_more_than_noise(white: Laplace) -> bool:
+    """Say whether the mode under white noise leaves a residual larger than the sensor noise."""
+    return _hyper_of(white)["noise_factor"] >= THRESHOLDS.least_noise_factor_of_scatter
+
+
+def _better_from_white_noise(problem: Problem, mode: Laplace, white: Laplace) -> Laplace:
+    """Return the better of a mode and of one that is reached from the mode under white noise.
+
+    A scatter that stands in for what the model lacks leads the parameters away from the fit, sometimes for good.
+    """
+    try:
+        other = problem.mode(mode.density.model, white.density.coordinates.thetas(white.eta))
+    except NumericalError:
+        return mode
+    return max(mode, other, key=lambda one: one.log_density)
 
 
 def best(scored: Sequence[Scored]) -> Scored:

@@ -17,6 +17,7 @@ from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.baseline.baseline import delay_of_torque
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.multistart import fit
+from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.strategy import choose_for
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
@@ -109,18 +110,22 @@ def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and
     if carried is not None:
         return _of_positions(carried, runs, f"read from {FILE}", kind)
     options = FitOptions(seed=seed)
+    test = JointTest(
+        equations=equations, build=kernel_of, runs=runs, device=device, posture=configuration.posture,
+        stated=stated_parameters(campaign, configuration.free_joints),
+    )  # fmt: skip
     with name_campaign_in_errors(campaign, configuration.free_joints):
         # Only under position control may the torque be the residual; then both are fitted, and the better one counts.
         if choose_for(runs).kind != "open_loop" and equations.drive is None:
-            stated = stated_parameters(campaign, configuration.free_joints)
-            test = JointTest(
-                equations=equations, build=kernel_of, runs=runs,
-                device=device, posture=configuration.posture, stated=stated,
-            )  # fmt: skip
             made = fit_runs(test, options=options, workers=workers)
             if made.torque_scored:
                 return _of_torques(made.fit, runs, made.compared.delay_s, "made here")
-        found = fit(kernel_of(equations), runs, options=options, workers=workers)
+
+        def fit_position(equations: Equations, options: FitOptions) -> Fit:
+            return fit(kernel_of(equations), runs, options=options, workers=workers)
+
+        # A range that haptid guessed may end before the optimum: the sampler would then start far from it.
+        found = fit_within_own_bounds(fit_position, equations, runs, test.own, options)
     return _of_positions(found, runs, "made here", kind)
 
 

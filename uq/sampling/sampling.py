@@ -24,7 +24,7 @@ from haptid.identification.problem.valleys import Valleys
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import read_json, write_json
-from haptid.uq.density.laplace import Laplace
+from haptid.uq.density.laplace import Laplace, lowest_reached
 from haptid.uq.density.valley_density import ValleyDensity
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.chunk import Chunk, Task, advance
@@ -322,13 +322,13 @@ def fit_proposal(chunks: Sequence[Chunk]) -> Proposal:
     Returns
     -------
     Proposal
-        With mean and covariance of the draws. Draws whose log density is more than 2·n + 10 below the largest are left
-        out: walkers far from the mode would widen the proposal.
+        With mean and covariance of the draws. Draws that the posterior does not reach (`lowest_reached`) are left out:
+        walkers far from the mode would widen the proposal.
     """
     half = [slice(c.chain.shape[0] // 2, None) for c in chunks]
     draws = np.concatenate([c.chain[h].reshape(-1, c.chain.shape[-1]) for c, h in zip(chunks, half, strict=True)])
     log_prob = np.concatenate([c.log_prob[h].ravel() for c, h in zip(chunks, half, strict=True)])
-    kept = draws[log_prob >= np.max(log_prob) - 2.0 * draws.shape[1] - 10.0]
+    kept = draws[log_prob >= lowest_reached(float(np.max(log_prob)), draws.shape[1])]
     return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
 
 

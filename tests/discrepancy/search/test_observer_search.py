@@ -14,6 +14,7 @@ from haptid.discrepancy.search.observer_laws import Led, lead_on
 from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, extend_lead, follow_leads
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.study.simulators import Factory
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import judge
 from haptid.model.effects.registry import catalogue
@@ -122,7 +123,8 @@ def test_the_gain_is_lower_where_the_observer_hides_what_is_missing(
     monkeypatch.setattr(observer_search, "fit_lead", fit)
     monkeypatch.setattr(observer_search, "signatures", lambda *_, **__: SimpleNamespace(simulations=0))
     study = SimpleNamespace(rows=ROWS, fitted=(1, 2))
-    s: Any = SimpleNamespace(side_by_side=lambda _: study, entries={}, simulations=0)
+    whole = SimpleNamespace(factory=Factory())
+    s: Any = SimpleNamespace(study=whole, side_by_side=lambda _: study, entries={}, simulations=0)
     nominal: Any = SimpleNamespace(values={})
     at = begin_under_observer(s, nominal)
     assert at.gains == gains

@@ -1,5 +1,7 @@
 """Mode, normal approximation, choice of the noise model and predictions on data of known origin."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -8,12 +10,14 @@ from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.model.equations.quantity import Normal
 from haptid.noise.hyper import HalfNormal
 from haptid.noise.noise_model import NoiseModel
+from haptid.noise.thresholds import THRESHOLDS as NOISE
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
-from haptid.uq.density.laplace import laplace
+from haptid.uq.density.laplace import laplace, lowest_reached
 from haptid.uq.density.normal_equations import expand
-from haptid.uq.density.solver_step import longest_step
+from haptid.uq.density.solver_step import longest_step, solver_error
+from haptid.uq.prediction import choice
 from haptid.uq.prediction.choice import Problem, best, compare
 from haptid.uq.prediction.predict import predict
 from haptid.uq.result.infer import InferOptions, infer
@@ -74,6 +78,18 @@ def test_longest_step_keeps_the_solver_error_below_what_parameters_could_feel(eq
         terms=tuple(terms.but(correction=np.zeros_like(terms.correction)) for terms in density.terms),
     )
     assert np.std(density(draws) - exact(draws)) < 1.5 * THRESHOLDS.largest_std_of_solver_error
+
+
+def test_a_normal_approximation_beyond_the_posterior_does_not_refine_the_step(equations, runs):
+    """A mode on a bound leaves too wide an approximation: the error of the solver far outside says nothing."""
+    forward = KernelForward(equations=equations, step=5e-3)
+    problem = Problem(simulator=forward.simulator(), forward=forward, fitted=runs, unseen=(), noise_width=0.05)
+    mode = problem.mode(NoiseModel(correlated=True), np.array([q.initial for q in equations.parameters]))
+    wide = replace(mode, covariance=1e4 * mode.covariance)
+    draws = wide.eta + np.random.default_rng(5).standard_normal((64, wide.eta.size)) @ wide.lower.T
+    inside = draws[np.isfinite(mode.density.coordinates.log_prior(draws))]
+    assert np.median(mode.density(inside)) < lowest_reached(mode.log_density, wide.eta.size)
+    assert solver_error(wide) < 3 * max(solver_error(mode), 0.01)
 
 
 def test_equilibrium_balances_spring_and_gravity(equations):
@@ -162,3 +178,41 @@ def test_a_fit_at_a_bound_has_coordinates_inside_it(equations):
     eta = coordinates.eta(theta)
     assert np.isfinite(eta).all()
     assert (eta >= coordinates.bounds()[0]).all()
+
+
+def test_the_mode_has_a_covariance_where_the_model_leaves_hundreds_of_times_the_noise(equations):
+    """Readings whose noise is stated far too small: the noise factor is large, and no bound of ours holds it."""
+    run = make_run(equations, seed=3)
+    run = run.but(noise=run.noise / 400)
+    forward = KernelForward(equations=equations, step=2.5e-3)
+    width = NOISE.estimated_noise_log_std
+    problem = Problem(simulator=forward.simulator(), forward=forward, fitted=(run,), unseen=(), noise_width=width)
+    mode = problem.mode(NoiseModel(), np.array([q.initial for q in equations.parameters]))
+    assert mode.density.hyper(mode.eta[None])["noise_factor"][0] == pytest.approx(400, rel=0.2)
+    # N rows know a standard deviation to 1/√(2·N) of its size.
+    assert np.sqrt(mode.covariance[-1, -1]) == pytest.approx(1 / np.sqrt(2 * run.t.size), rel=0.2)
+
+
+class _Trap(Problem):
+    """A correlated model error has a better mode from the mode under white noise than from the candidate before."""
+
+    def mode(self, model, theta, hyper=None):
+        white = super().mode(NoiseModel(), theta)
+        if not model.correlated:
+            return white
+        return replace(white, density=white.density.but(model=model), log_density=0.0 if hyper is None else -1.0)
+
+
+@pytest.mark.parametrize(("noise_over_stated", "best_mode"), [(400, 0.0), (1, -1.0)])
+def test_a_model_error_is_also_sought_from_the_mode_under_white_noise(
+    equations, monkeypatch, noise_over_stated, best_mode
+):
+    """Where the residual is at the noise the candidates follow one another alone, and stored draws stay as they are."""
+    monkeypatch.setattr(choice, "held_out_score", lambda *_: 0.0)
+    run = make_run(equations, seed=3)
+    run = run.but(noise=run.noise / noise_over_stated)
+    forward = KernelForward(equations=equations, step=2.5e-3)
+    width = NOISE.estimated_noise_log_std
+    problem = _Trap(simulator=forward.simulator(), forward=forward, fitted=(run,), unseen=(), noise_width=width)
+    scored = compare(problem, np.array([q.initial for q in equations.parameters]))
+    assert next(s for s in scored if s.model == NoiseModel(correlated=True)).mode.log_density == best_mode

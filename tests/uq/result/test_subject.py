@@ -20,6 +20,7 @@ from haptid.uq.result.infer import QUICK, InferOptions, infer
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.subject import Subject, find_subject
 from tests.identification.controlled_cases import controlled_joint, slow_sweep, truth_of
+from tests.uq.uq_cases import TRUTH, make_equations, make_run
 
 JOINT = 4
 
@@ -83,3 +84,19 @@ def test_the_posterior_speaks_of_torques_and_holds_the_friction_that_moved_the_j
     truth = truth_of(JOINT)
     found = by_id["Fc"].mean + by_id["sigma2"].mean * speed
     assert found == pytest.approx(truth["Fc"] + truth["sigma2"] * speed, rel=0.3)
+
+
+def test_a_range_that_haptid_guessed_is_widened_before_the_sampler_begins(
+    tmp_path: Path,
+) -> None:
+    """A fit on the end of a guessed range says something of the guess only, as in ``haptid identify``."""
+    run = make_run(make_equations(), seed=1)
+    equations = make_equations()
+    ends = {"Ks": {"prior": None, "initial": 0.010, "lower": 0.005, "upper": 0.012}}
+    campaign = Campaign(folder=Path("here"), title="cosine", device="single_joint", measured=False, runs=(run,))
+    configuration = Configuration(free_joints=(4,), posture=(), runs=(run,))
+    found = find_subject(
+        campaign, None, configuration, equations.with_parameters(ends), tmp_path, kind=None, seed=0, workers=Here()
+    )
+    assert found.fit.values["Ks"] == pytest.approx(TRUTH["Ks"], rel=0.05)
+    assert found.simulator.equations.parameter("Ks").upper > TRUTH["Ks"]
