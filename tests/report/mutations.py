@@ -14,7 +14,7 @@ class Mutation:
     name
         What a reader of the page would see.
     file
-        File below ``report/``.
+        File below ``report/``, or beside it where a page takes its line from there.
     old, new
         Text that stands there exactly once, and what replaces it.
     test
@@ -55,8 +55,8 @@ DISCREPANCY = of(
     ("after for before in words", "misses {runs} by {1e3 * gap.before:.3g}", "misses {runs} by {1e3 * gap.after:.3g}"),
     (
         "times the noise before for after",
-        "{plain(gap.after / gap.noise)} times",
-        "{plain(gap.before / gap.noise)} times",
+        "{times(gap.after / gap.noise)} the noise",
+        "{times(gap.before / gap.noise)} the noise",
     ),
     ("closes 100 − X in words", "which closes {100 * share:.1f}", "which closes {100 - 100 * share:.1f}"),
     ("the fitted runs for the unseen", 'in ("sealed", "validate", "fit") if', 'in ("fit", "validate", "sealed") if'),
@@ -163,11 +163,19 @@ CONFIGURATION = of(
         "> 1 and not quiet and",
     ),
 )
+WORST_RUN = of(
+    "../identification/output/summary.py",
+    "test_identification_pages.py",
+    ("best for worst", "return max(unseen or", "return min(unseen or"),
+    (
+        "the fitted runs for the unseen",
+        'unseen = [score for score in step.fit.runs if score.use == "validate"]',
+        'unseen = [score for score in step.fit.runs if score.use == "fit"]',
+    ),
+)
 GLANCE = of(
     "identification/glance.py",
     "test_identification_pages.py",
-    ("best for worst", "return max(unseen or", "return min(unseen or"),
-    ("the fitted runs for the unseen", 'score.use == "validate"]', 'score.use == "fit"]'),
     ("over the noise for the size", "in_thousandths(worst.rmse_rad, unit)", "in_thousandths(worst.over_noise, unit)"),
     ("over range for over noise", "plain(worst.over_noise, 3)", "plain(worst.nrmse, 3)"),
     ("the best joint of the device", "return max(pairs, key", "return min(pairs, key"),
@@ -351,6 +359,7 @@ NUMBERS = of(
 )
 MUTATIONS = (
     *DISCREPANCY, *UNNAMED_SECTION, *MOTION_PICTURES, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION,
-    *CONFIGURATION, *GLANCE, *DIAGNOSIS, *PLAIN, *PICTURES, *CALIBRATION,
+    *CONFIGURATION, *WORST_RUN,
+    *GLANCE, *DIAGNOSIS, *PLAIN, *PICTURES, *CALIBRATION,
     *POSTERIOR, *PLAN, *FROM_JSON, *NUMBERS,
 )  # fmt: skip

@@ -13,8 +13,8 @@ from haptid.discrepancy.search.forward_selection import fit_nominal_model, score
 from haptid.discrepancy.search.observer_laws import Led, lead_on
 from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, extend_lead, follow_leads
 from haptid.discrepancy.search.tools import Searcher
-from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.study.simulators import Factory
+from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import judge
 from haptid.model.effects.registry import catalogue
