@@ -226,7 +226,7 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
         return fit_within_own_bounds(fit_position, equations, test.runs, () if both else test.own, options)
 
     seen = fit_within(test.equations, trial)
-    if strategy.kind == "open_loop" and (finer := _at_needed_step(test, seen, options)) is not None:
+    if strategy.kind == "open_loop" and (finer := at_needed_step(test, seen, options)) is not None:
         again = options.but(
             start=tuple(map(float, seen.theta)), starts=min(options.starts, THRESHOLDS.starts_of_refit)
         )  # fmt: skip
@@ -250,8 +250,23 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     return scored if better else best
 
 
-def _at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:
-    """Return the test at the inner step that its minimum needs; None where the fit has it."""
+def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:
+    """Find the inner step that the minimum of a free simulation needs.
+
+    Parameters
+    ----------
+    test
+        What was fitted.
+    found
+        Its fit.
+    options
+        Choices of the fit.
+
+    Returns
+    -------
+    JointTest or None
+        The test at a finer step, with the ranges of the fit; None where the fit has the step that it needs.
+    """
     runs = tuple(run for run in test.runs if run.use == "fit")
     problem = Problem.of(test.build(found.equations), runs, options)
     step = finer_step(problem, unknowns_of(problem, found))

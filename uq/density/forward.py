@@ -93,21 +93,24 @@ class KernelForward:
         Inner step [s].
     threads
         Threads among which the parameter sets are shared.
+    correction
+        Inner step of the simulation to which this one is compared [s].
     """
 
     equations: Equations
     step: float
     threads: int = 1
+    correction: float = THRESHOLDS.inner_step_of_correction_s
 
     def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
         """See `Forward`."""
         return self._with_step(thetas, run, x0, self.step)
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """See `Forward`; 0 where ``step`` is at most `THRESHOLDS.inner_step_of_correction_s`."""
-        if self.step <= THRESHOLDS.inner_step_of_correction_s:
+        """See `Forward`; 0 where ``step`` is at most ``correction``."""
+        if self.step <= self.correction:
             return np.zeros((len(thetas), run.t.size))
-        return self._with_step(thetas, run, x0, THRESHOLDS.inner_step_of_correction_s) - self(thetas, run, x0)
+        return self._with_step(thetas, run, x0, self.correction) - self(thetas, run, x0)
 
     def simulator(self) -> KernelSimulator:
         """Put the same kernel behind the `Simulator` protocol.

@@ -22,7 +22,7 @@ from haptid.measurement.checks.preparation import tell_remarks
 from haptid.support.listener import Listener
 from haptid.support.processes.threads import single_threaded
 from haptid.uq.job.job import Job
-from haptid.uq.result.agreement import word_disagreement
+from haptid.uq.result.agreement import word_disagreement, word_misfit
 from haptid.uq.result.finite import check_finite, early_word
 from haptid.uq.result.full_model import as_fit
 from haptid.uq.result.infer import infer
@@ -103,12 +103,13 @@ def _sample_joint(job: Job, configuration: Configuration, pool: Workers, stages:
         folder=job.out / "posterior" / f"joint{joint}.chains",
         tell=stages.tell,
         forward=subject.forward,
+        share_of_steps=subject.share_of_steps,
     )
     notes = (*found.notes, *found.warnings, f"The fit it starts from, {subject.source}: {found.outcome.value}.")
-    contradiction = word_disagreement(found, posterior.parameters)
-    if contradiction:
-        stages.listener.note(f"warning: joint {joint}: {contradiction}")
-        notes = (contradiction, *notes)
+    for doubt in (word_misfit(found), word_disagreement(found, posterior.parameters)):
+        if doubt:
+            stages.listener.note(f"warning: joint {joint}: {doubt}")
+            notes = (doubt, *notes)
     posterior = check_finite(replace(posterior, notes=(early, *notes) if early else notes))
     return Sampled(step=Step(configuration=configuration, fit=as_fit(found, posterior)), posterior=posterior)
 

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
+from haptid.support.numbers import plain
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
 
@@ -47,4 +49,26 @@ def word_disagreement(fit: Fit, parameters: Sequence[ParameterSummary]) -> str:
     return (
         f"Posterior and fit contradict each other: {'; '.join(found)}. One of them is in another minimum, or the "
         "chains are too short: fit with more --starts, and sample without --quick, before either is trusted."
+    )
+
+
+def word_misfit(fit: Fit) -> str:
+    """Say that the model of a posterior does not fit, where the fit that it begins at says so.
+
+    Parameters
+    ----------
+    fit
+        Fit that the chains start from.
+
+    Returns
+    -------
+    str
+        One sentence; empty where the fit left the noise, and where it was made in another way, such as of the torque.
+    """
+    if fit.outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY):
+        return ""
+    left = plain(float(np.sqrt(fit.cost)), 2)
+    return (
+        f"The model leaves {left} times the noise. Intervals say how well the data tell a value in this model; "
+        "what the model lacks may have moved values further. Look for it first: haptid missing."
     )

@@ -90,18 +90,22 @@ def _choose(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
     return _Chosen(problem=problem, scored=scored, one=best(scored))
 
 
-def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
+def _with_longest_step(problem: Problem, theta: Array, options: InferOptions, share: float) -> _Chosen:
     """Choose the noise model with the compiled kernel and the longest inner step that suffices under that model.
 
     The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
     """
 
     def with_step(step: float) -> Problem:
-        forward = KernelForward(equations=problem.simulator.equations, step=step)
+        forward = KernelForward(
+            equations=problem.simulator.equations, step=step,
+            correction=share * THRESHOLDS.inner_step_of_correction_s,
+        )  # fmt: skip
         return replace(problem, simulator=forward.simulator(), forward=forward)
 
-    _, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode)
-    steps = [step for step in THRESHOLDS.inner_steps_s if step <= first]
+    every = [share * step for step in THRESHOLDS.inner_steps_s]
+    _, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode, every)
+    steps = [step for step in every if step <= first]
     return longest_step(lambda step: _choose(with_step(step), theta, options), lambda made: made.one.mode, steps)[0]
 
 
@@ -116,6 +120,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     folder: Path | None = None,
     tell: TellStage = _tell_nobody,
     forward: Forward | None = None,
+    share_of_steps: float = 1.0,
 ) -> Posterior:
     """Infer the posterior of a joint's parameters and of its noise model.
 
@@ -140,6 +145,8 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     forward
         Simulation of many parameter sets by the same equations as ``simulator``, which the sampler runs; the compiled
         kernel with the longest inner step that suffices where None.
+    share_of_steps
+        Share of the usual inner steps [1] that the kernel tries, where the fit needed a finer one.
 
     Returns
     -------
@@ -161,7 +168,10 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         unseen=tuple(run for run in runs if run.use == "validate"),
         noise_width=noise_prior_width(stated=options.noise_given),
     )
-    chosen = (_choose if forward else _with_longest_step)(problem, theta, options)
+    if forward:
+        chosen = _choose(problem, theta, options)
+    else:
+        chosen = _with_longest_step(problem, theta, options, share_of_steps)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
     tell("sampling", 0.0, "")
     drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, tell=partial(tell, "sampling"))

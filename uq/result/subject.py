@@ -15,7 +15,7 @@ from pathlib import Path
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.baseline.baseline import delay_of_torque
-from haptid.identification.fit.fit_runs import JointTest, fit_runs
+from haptid.identification.fit.fit_runs import JointTest, at_needed_step, fit_runs
 from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.strategy import choose_for
@@ -32,6 +32,7 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.uq.density.forward import EachForward, Forward, TorqueForward, kernel_of
 
 
@@ -58,6 +59,11 @@ class Subject:
     runs: tuple[Run, ...]
     simulator: Simulator
     forward: Forward | None = None
+
+    @property
+    def share_of_steps(self) -> float:
+        """Share of the usual inner steps that the fit needed [1]."""
+        return self.fit.inner_step / MODEL.inner_step_s
 
 
 def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and how it is fitted otherwise
@@ -126,6 +132,10 @@ def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and
 
         # A range that haptid guessed may end before the optimum: the sampler would then start far from it.
         found = fit_within_own_bounds(fit_position, equations, runs, test.own, options)
+        if (finer := at_needed_step(test, found, options)) is not None:
+            again = options.but(start=tuple(map(float, found.theta)))
+            fine = finer.simulator(found.equations)
+            found = fit(fine, runs, options=again, workers=workers).but(inner_step=finer.step)
     return _of_positions(found, runs, "made here", kind)
 
 
@@ -134,7 +144,7 @@ def _of_positions(found: Fit, runs: Sequence[Run], source: str, kind: Kind | Non
     equations = found.equations
     if kind is None:
         return Subject(fit=found, source=source, runs=tuple(runs), simulator=kernel_of(equations))
-    fmu = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
+    fmu = FmuSimulator.of(identification_fmu(equations, kind=kind), equations).with_step(found.inner_step)
     forward = EachForward(simulator=fmu)
     return Subject(fit=found, source=source, runs=tuple(runs), simulator=fmu, forward=forward)
 

@@ -80,6 +80,19 @@ def test_longest_step_keeps_the_solver_error_below_what_parameters_could_feel(eq
     assert np.std(density(draws) - exact(draws)) < 1.5 * THRESHOLDS.largest_std_of_solver_error
 
 
+def test_a_finer_fit_is_corrected_by_a_finer_simulation(equations, runs):
+    theta = np.array([[q.initial for q in equations.parameters]])
+    start = np.array([s.start for s in equations.states])
+    usual, finer = (KernelForward(equations=equations, step=1e-3, correction=h) for h in (2.5e-4, 6.25e-5))
+    exact = KernelForward(equations=equations, step=1e-5)
+    left = [
+        np.abs(f(theta, runs[0], start) + f.shortfall(theta, runs[0], start) - exact(theta, runs[0], start)).max()
+        for f in (usual, finer)
+    ]
+    assert left[1] < 0.5 * left[0]
+    assert not KernelForward(equations=equations, step=6e-5, correction=6.25e-5).shortfall(theta, runs[0], start).any()
+
+
 def test_a_normal_approximation_beyond_the_posterior_does_not_refine_the_step(equations, runs):
     """A mode on a bound leaves too wide an approximation: the error of the solver far outside says nothing."""
     forward = KernelForward(equations=equations, step=5e-3)

@@ -5,7 +5,7 @@ import pytest
 
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
-from haptid.uq.result.agreement import word_disagreement
+from haptid.uq.result.agreement import word_disagreement, word_misfit
 from haptid.uq.result.arviz_door import Diagnostics
 from haptid.uq.result.summary import ParameterSummary
 from tests.uq.uq_cases import FREE, TRUTH, make_equations
@@ -40,3 +40,12 @@ def test_distance_counts_in_standard_deviations_of_both(shift: float, named: boo
 def test_what_the_fit_does_not_identify_cannot_contradict():
     far = [make_summary("Fc", 2.0 * TRUTH["Fc"], 1e-6), make_summary("vs", 1.0, 1e-6)]
     assert word_disagreement(make_fit({"Fc": "unidentifiable"}), far) == ""
+
+
+@pytest.mark.parametrize(
+    ("outcome", "told"), [(Outcome.CONVERGED, False), (Outcome.ABOVE_NOISE, True), (Outcome.TORQUE_SCORED, False)]
+)
+def test_a_posterior_of_a_model_that_does_not_fit_says_so(outcome: Outcome, told: bool):
+    sentence = word_misfit(make_fit().but(outcome=outcome, cost=9.0))
+    assert bool(sentence) == told
+    assert ("leaves 3 times the noise" in sentence) == told
