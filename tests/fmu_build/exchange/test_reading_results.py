@@ -9,11 +9,12 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.fmu_build.exchange.discrepancy_json import read_finding
-from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.fmu_build.exchange.identification_json import inner_step_of, read_identification
 from haptid.fmu_build.export import main as export
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import LONGEST, InputError
 
 PARAMETER = {"value": 1e-4, "std": None, "unit": "kg m^2", "status": "identified"}
@@ -112,6 +113,7 @@ WRONG = [
         "locked_positions_rad[0]: expected a number of 1000000.0 or less",
     ),
     (changed(*ONE, "free_joints", to=[9]), "configurations[0].free_joints: expected joints of freedom6s, got joint 9"),
+    (changed(*ONE, "inner_step_s", to=0), "configurations[0].inner_step_s: expected a number of 1e-06 or more"),
     (changed(*ONE, "free_joints", to=[10**9]), "free_joints[0]: expected a number of 9999 or less"),
     (changed(*ONE, "free_joints", to=[4, 0]), "got 'inertia'; did you mean"),
     (changed("links", to={"66": {"m": {"value": 1.0}}}), "links: expected links and motors of the device, got '66'"),
@@ -206,6 +208,16 @@ def test_fields_that_were_added_to_the_results_are_read(tmp_path):
     told = {"verdict": "partly_named", "residual": "torque", "gap": {"sealed": None, "validate": {"black_box": 0.1}}}
     source.write_text(json.dumps(changed("effects", 0, "stability", to=0.9, data=FINDING) | told))
     assert [e.id for e in read_finding(source, catalogue()).effects] == ["cubic_spring"]
+
+
+def test_a_joint_keeps_the_inner_step_of_its_fit_and_the_device_the_shortest():
+    usual = THRESHOLDS.inner_step_s
+    data = changed(*ONE, "inner_step_s", to=usual / 4)
+    data["configurations"].append({"free_joints": [3], "parameters": {}})
+    assert inner_step_of(data, 4) == usual / 4
+    assert inner_step_of(data, 3) == usual
+    assert inner_step_of(data) == usual / 4
+    assert inner_step_of(content()) == usual
 
 
 def test_a_finding_under_another_friction_law_is_refused_with_what_to_do(tmp_path):
