@@ -65,6 +65,8 @@ def word_misfit(fit: Fit) -> str:
     str
         One sentence; empty where the fit left the noise, and where it was made in another way, such as of the torque.
     """
+    if fit.outcome in (Outcome.UNEXPLAINED, Outcome.UNEXCITED):
+        return f"No interval of this model means anything: {fit.outcome.value}."
     if fit.outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY):
         return ""
     left = plain(float(np.sqrt(fit.cost)), 2)

@@ -49,3 +49,8 @@ def test_a_posterior_of_a_model_that_does_not_fit_says_so(outcome: Outcome, told
     sentence = word_misfit(make_fit().but(outcome=outcome, cost=9.0))
     assert bool(sentence) == told
     assert ("leaves 3 times the noise" in sentence) == told
+
+
+@pytest.mark.parametrize("outcome", [Outcome.UNEXPLAINED, Outcome.UNEXCITED])
+def test_a_posterior_of_a_model_that_explains_nothing_means_nothing(outcome: Outcome):
+    assert word_misfit(make_fit().but(outcome=outcome, cost=1e6)).startswith("No interval of this model means anything")

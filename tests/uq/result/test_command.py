@@ -164,17 +164,18 @@ def write_runs_that_determine_nothing(folder, shape):
 def test_runs_that_determine_nothing_end_in_words(tmp_path):
     result = CliRunner().invoke(main, write_runs_that_determine_nothing(tmp_path, "torque"))
     assert result.exit_code == 1
-    assert "the likelihood has no finite curvature" in result.output
+    assert "the runs do not determine" in result.output
     assert result.output.count("\n") == 1
     assert not (tmp_path / "out" / "posterior.json").exists()
 
 
-def test_a_motion_that_ignores_the_torque_ends_in_words_or_in_numbers_with_a_model_error(tmp_path):
+def test_a_motion_that_ignores_the_torque_ends_in_words_or_in_numbers_with_what_is_open(tmp_path):
     result = CliRunner().invoke(main, write_runs_that_determine_nothing(tmp_path, "line"))
     if result.exit_code == 0:
         (joint,) = json.loads((tmp_path / "out" / "posterior.json").read_text())["joints"]
         assert all(math.isfinite(one[key]) for one in joint["parameters"].values() for key in ("mean", "std"))
-        assert "model error" in result.output
+        # Ranges of first guesses are widened until the model follows any motion; the notes say which of them are ends.
+        assert any("inertia" in note and "the runs leave it open" in note for note in joint["notes"])
     else:
         assert result.exit_code == 1
         assert "hardly any point" in result.output
