@@ -11,7 +11,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,6 @@ from haptid.discrepancy.fit.solution import Solution, solve, start_vector
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.starts import sobol_starts
-from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array
 from haptid.model.friction.registry import law_named
@@ -104,7 +103,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
     found: list[Solution] = []
     calls, agreed = 0, 0
     if study.carried is not None:
-        refined = _refine_carried_fit(study, study.carried)
+        refined = _refine(study, study.carried.values, [study.carried.x0[run.file] for run in study.fitted])
         calls = refined.calls
         if np.isfinite(refined.chi2):
             found, agreed = [refined], len(study.carried.basins[0].starts)
@@ -135,13 +134,6 @@ def _are_enough(costs: Sequence[float], rows: int) -> bool:
     return agreeing(costs, rows) >= limits.starts_that_agree or (far and len(costs) >= limits.most_hopeless_starts)
 
 
-def _refine_carried_fit(study: Study, carried: Fit) -> Solution:
-    """Fit the nominal model from the optimum and the initial states of a fit of the same runs."""
-    starts = [carried.x0[run.file] for run in study.fitted]
-    iterations, tolerance = THRESHOLDS.fit.most_simulations_of_last_fit, THRESHOLDS.fit.nominal_tolerance_chi2
-    return solve(study, (), Noise(), carried.values, x0=starts, iterations=iterations, tolerance=tolerance)
-
-
 def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:
     """Yield the fit from each start and its simulations, as many side by side as have to agree."""
     alone = replace(study, threads=1) if len(starts) > 1 else study
@@ -170,7 +162,7 @@ def at_own_step(study: Study, base: Base) -> Base:
     Base
         With the minimum at that step, and the costs of the starts as they were.
     """
-    solution = _again(study, base.solution)
+    solution = _refine(study, base.solution.values, base.solution.x0)
     return replace(base, solution=solution, calls=base.calls + solution.calls)
 
 
@@ -201,13 +193,14 @@ def with_stiffer_presliding(study: Study, base: Base) -> tuple[Study, Base]:
             break
         ranges = {stiffness: {"upper": IDENTIFICATION.bounds_over_guess * upper}}
         wider = replace(study, base=study.base.with_parameters(ranges))
-        again = _again(wider, found)
+        again = _refine(wider, found.values, found.x0)
         if not again.chi2 < (1.0 - IDENTIFICATION.largest_relative_cost_difference_in_basin) * found.chi2:
             break
         study, base = wider, replace(base, solution=again, calls=base.calls + again.calls)
     return study, base
 
 
-def _again(study: Study, found: Solution) -> Solution:
+def _refine(study: Study, values: Mapping[str, float], x0: Sequence[Array]) -> Solution:
+    """Fit the nominal model to the end from parameters by id and the initial states of a fit of the same runs."""
     iterations, tolerance = THRESHOLDS.fit.most_simulations_of_last_fit, THRESHOLDS.fit.nominal_tolerance_chi2
-    return solve(study, (), Noise(), found.values, x0=found.x0, iterations=iterations, tolerance=tolerance)
+    return solve(study, (), Noise(), values, x0=x0, iterations=iterations, tolerance=tolerance)

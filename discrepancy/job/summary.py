@@ -69,9 +69,7 @@ def tell_finding(finding: AnyFinding, title: str, verdict: str) -> Told:
 
 def _gap_table(finding: Finding) -> Table:
     unit = unit_for("rad", finding.search.study.fitted[0].prismatic)
-    judged = finding.judgement
-    # Of what is unlisted the figures are those of the nearest of the catalogue, which is no finding.
-    with_what = " with the stand-in" if judged.verdict == "unlisted" and judged.effects else ""
+    with_what = " with the stand-in" if finding.judgement.is_stand_in else ""
     rows, lines = [], []
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"

@@ -88,6 +88,11 @@ class Judgement:
     shape: Shape | None
     sentence: str
 
+    @property
+    def is_stand_in(self) -> bool:
+        """Whether the effects are no finding, but the nearest of the catalogue to what is unlisted."""
+        return self.verdict == "unlisted" and bool(self.effects)
+
 
 def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict.

@@ -82,15 +82,8 @@ def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
     """
     if not isinstance(problem.simulator, Stepped):
         return problem
-    steps = steps_of(problem)
-    # A generator: the finer and dearer steps are simulated only where the coarser ones are not close enough.
-    residuals = _residuals(problem, steps, x, gain)
-    now = next(residuals)
-    for step, finer in zip(steps[:-1], residuals, strict=True):
-        if np.linalg.norm(finer - now) <= THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(finer):
-            return at_inner_step(problem, step)
-        now = finer
-    return problem
+    step = _first_close(problem, steps_of(problem), x, gain)
+    return problem if step is None else at_inner_step(problem, step)
 
 
 def finer_step(problem: Problem, x: Array) -> float:
@@ -114,13 +107,19 @@ def finer_step(problem: Problem, x: Array) -> float:
     if not isinstance(problem.simulator, Stepped):
         return own
     steps = tuple(own / 2.0**k for k in range(THRESHOLDS.most_halvings_of_inner_step + 2))
-    residuals = _residuals(problem, steps, x, problem.options.gains[-1])
+    return _first_close(problem, steps, x, problem.options.gains[-1]) or own
+
+
+def _first_close(problem: Problem, steps: tuple[float, ...], x: Array, gain: float) -> float | None:
+    """Return the first step that the next one, half as long, hardly changes; None where each changes the residual."""
+    # A generator: the finer and dearer steps are simulated only where the coarser ones are not close enough.
+    residuals = _residuals(problem, steps, x, gain)
     now = next(residuals)
-    for step, finer in zip(steps[:-1], residuals, strict=False):
+    for step, finer in zip(steps[:-1], residuals, strict=True):
         if np.linalg.norm(finer - now) <= THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(finer):
             return step
         now = finer
-    return own
+    return None
 
 
 def _residuals(problem: Problem, steps: tuple[float, ...], x: Array, gain: float) -> Iterator[Array]:

@@ -13,7 +13,7 @@ import numpy as np
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import tell_comparison, tell_delay, tell_over_noise
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import Outcome
+from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain
@@ -21,8 +21,6 @@ from haptid.support.tables import Table, Told
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "fit [s]", "outcome")
 """Headings of the configurations. ``fit [s]`` is `Fit.wall_s`, which is not the time of the command."""
-MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
-"""Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
 PARAMETER_HEADER = ("parameter", "value", "std", "unit", "status")
 
 

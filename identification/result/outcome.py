@@ -66,6 +66,10 @@ class Outcome(Enum):
         return self.name.lower()
 
 
+MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
+"""Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
+
+
 def outcome_of(
     reached: int, rms_over_noise: float, tolerance: float, *, unseen: float, rows: int, parameters: int
 ) -> Outcome:
@@ -118,7 +122,7 @@ def with_cause(outcome: Outcome, *, over_motion: float, excited: bool) -> Outcom
         ``outcome`` itself where the residual is at the noise or no plain cause is seen.
     """
     # Without a changing torque a model cannot explain the motion: this cause comes before `UNEXPLAINED`.
-    if outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY):
+    if outcome not in MODEL_DOES_NOT_FIT:
         return outcome
     if not excited:
         return Outcome.UNEXCITED

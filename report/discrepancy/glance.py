@@ -57,21 +57,6 @@ def is_scatter_alone(finding: Finding) -> bool:
     return named and bool(effects) and all(effect.id.endswith(SCATTER) for effect in effects)
 
 
-def is_stand_in(finding: Finding) -> bool:
-    """Say whether what the finding holds is no finding, but the nearest of the catalogue.
-
-    Parameters
-    ----------
-    finding
-        Result of the search.
-
-    Returns
-    -------
-    bool
-    """
-    return finding.judgement.verdict == "unlisted" and bool(finding.judgement.effects)
-
-
 def position_glance(finding: Finding) -> Table:
     """Write the line of a search in the position.
 

@@ -17,7 +17,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.discrepancy.glance import is_scatter_alone, is_stand_in, position_glance
+from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
 from haptid.report.discrepancy.motion_pictures import before_after_pictures
 from haptid.report.discrepancy.unnamed_section import unnamed_section
 from haptid.report.discrepancy.where_pictures import localisation_picture
@@ -125,7 +125,7 @@ def _in_words(finding: Finding) -> list[str]:
         ]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
     closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
-    what = "With the stand-in" if is_stand_in(finding) else "With what was found"
+    what = "With the stand-in" if finding.judgement.is_stand_in else "With what was found"
     after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {times(gap.after / gap.noise)} the noise"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after}{closed}.", *made]
@@ -145,7 +145,7 @@ def _gaps(finding: Finding) -> Table:
         for name, g in finding.gaps.items()
     ]  # fmt: skip
     unit = f"[{unit_for('mrad', _slides(finding))}]"
-    with_what = " with the stand-in" if is_stand_in(finding) else ""
+    with_what = " with the stand-in" if finding.judgement.is_stand_in else ""
     header = (
         "", f"missed before {unit}", f"after{with_what} {unit}", f"sensor noise {unit}", f"gap closed{with_what}",
     )  # fmt: skip

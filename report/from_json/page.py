@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from haptid.identification.output.summary import MODEL_DOES_NOT_FIT
+from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Cell, Page, Section, Table, word_cell
 from haptid.support.errors import InputError

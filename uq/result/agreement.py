@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.identification.result.fit import Fit
-from haptid.identification.result.outcome import Outcome
+from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT, Outcome
 from haptid.support.numbers import plain
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
@@ -67,7 +67,7 @@ def word_misfit(fit: Fit) -> str:
     """
     if fit.outcome in (Outcome.UNEXPLAINED, Outcome.UNEXCITED):
         return f"No interval of this model means anything: {fit.outcome.value}."
-    if fit.outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY):
+    if fit.outcome not in MODEL_DOES_NOT_FIT:
         return ""
     left = plain(float(np.sqrt(fit.cost)), 2)
     return (
