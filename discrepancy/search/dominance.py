@@ -6,7 +6,9 @@ near.
 
 1. Fit the model under the observer without each of its effects, and extend it by the best others.
 2. Drop the effects in whose places another one leaves nearly as little, and repeat.
-3. Refit what remains freely. It stands where it leaves a small share of the nominal model's excess.
+3. Drop all effects that are smooth torques over position but the simplest, where there are several: together they
+   follow any curve.
+4. Refit what remains freely. It stands where it leaves a small share of the nominal model's excess.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import numpy as np
 from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import refit_with
 from haptid.discrepancy.search.observer_search import Lead, UnderObserver, extend_lead, fit_lead
+from haptid.discrepancy.search.smooth_curves import smooth_curves
 from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -57,6 +60,7 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
         if kept == full.effects:
             break
         full = fit_lead(s, at.study, kept, full.fit.values, at.gains)
+    full = _with_one_curve(s, at, full)
     if not full.effects:
         return None
     found = near
@@ -64,6 +68,16 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
         found = s.trial(refit_with(s.study, near.solution, full.effects, values), start.candidate)
     shown = found.held_out >= THRESHOLDS.verdict.least_evidence_of_each_name
     return found if shown and not found.at_bound and closes_most(s.study, found, start) else None
+
+
+def _with_one_curve(s: Searcher, at: UnderObserver, full: Lead) -> Lead:
+    """Keep the smooth torque over position of fewest parameters, where there are several."""
+    curves = smooth_curves(at.study, full.effects, full.fit.values)
+    if len(curves) < 2:
+        return full
+    simplest = min(curves, key=lambda e: len(e.parameters))
+    kept = tuple(e for e in full.effects if e is simplest or e not in curves)
+    return fit_lead(s, at.study, kept, full.fit.values, at.gains)
 
 
 def _stands_out(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noise: float) -> bool:

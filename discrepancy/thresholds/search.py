@@ -129,6 +129,11 @@ class SearchThresholds:
     largest_share_left_by_names: float = 0.06
     """Largest share of the nominal model's mean square beyond the sensor's noise on held-out runs that a model may
     leave whose names stand though it leaves more than noise [1]: three quarters of the gap are closed."""
+    most_turns_of_smooth_curve: int = 5
+    """Largest number of turns, from bending one way to bending the other, of a torque over position that is a smooth
+    curve over the travel [1]: a cubic has one, a wave two a period. With fewer than three periods none is shown."""
+    points_of_smooth_curve: int = 401
+    """Number of positions at which its bend is looked at [1]."""
     largest_excess_of_near_lead: float = 1.5
     """Excess ‖r‖² of a model over that of the best one, up to which its observer is released too [1]."""
 

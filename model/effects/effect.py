@@ -205,13 +205,19 @@ class Effect:
         return self.input is not None and self.edge in {x.name for x in self.input.free_symbols}
 
     @property
-    def polynomial(self) -> bool:
-        """Whether the effect adds only a torque that is a polynomial in the position."""
+    def position_torque(self) -> sp.Expr | None:
+        """The torque of an effect that adds only a torque, one that depends on the position alone; None of others."""
         formulas = [e for e in _expressions(self) if e is not None]
         if self.torque is None or formulas != [self.torque]:
-            return False
+            return None
         moving = self.torque.free_symbols & {t, q, v, z, w, a, y, tau}
-        return moving == {q} and bool(self.torque.is_polynomial(q))
+        return self.torque if moving == {q} else None
+
+    @property
+    def polynomial(self) -> bool:
+        """Whether the effect adds only a torque that is a polynomial in the position."""
+        torque = self.position_torque
+        return torque is not None and bool(torque.is_polynomial(q))
 
     @property
     def neutral(self) -> dict[str, float]:
