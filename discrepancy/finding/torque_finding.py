@@ -110,17 +110,22 @@ class TorqueFinding:
 
     @property
     def left(self) -> float:
-        """RMS of the final model's residual on held-out rows that name effects [N m]: those away from reversals."""
+        """RMS of the final model's residual on the rows that name effects [N m], those away from reversals.
+
+        The larger one of fitted and held-out runs: the floor is that of all, and one run that holds what the others lack
+        raises it.
+        """
         final = self.search.final
-        return rms(final.unseen[final.study.names(final.study.unseen_rows)])
+        rows = ((final.fitted, final.study.fitted_rows), (final.unseen, final.study.unseen_rows))
+        return max(rms(residual[final.study.names(own)]) for residual, own in rows)
 
     @property
     def verdict(self) -> str:
         """Verdict of INTERFACES.
 
-        Names stand alone where they leave no more than does not repeat, or close nearly all that the best black box
-        closes and most of what repeats; else they name a part. Where the runs do not tell one of them from another
-        effect, they are ambiguous.
+        Names stand alone where they leave no more than does not repeat, on fitted and on held-out runs, or close nearly
+        all that the best black box closes and most of what repeats; else they name a part. Where the runs do not tell
+        one of them from another effect, they are ambiguous.
         """
         told_apart = "ambiguous" if self.search.rivals else "named"
         gap, names = self.gaps["validate"], self.search.final.effects

@@ -13,10 +13,14 @@ from haptid.discrepancy.finding.torque_finding import TorqueFinding
 BEFORE = 50e-3
 
 
-def finding_that_leaves(after: float, *, floor: float | None, black_box: float | None) -> TorqueFinding:
-    """Return a finding with one name that leaves ``after`` of 50 mN m on held-out rows."""
-    study = SimpleNamespace(unseen_rows=(), names=lambda _: np.ones(4, dtype=bool))
-    final = SimpleNamespace(effects=("one",), unseen=np.full(4, after), study=study)
+def finding_that_leaves(
+    after: float, *, floor: float | None, black_box: float | None, fitted: float = 0.0, names: int = 1
+) -> TorqueFinding:
+    """Return a finding that leaves ``after`` of 50 mN m on held-out rows, and ``fitted`` of the fitted ones."""
+    study = SimpleNamespace(unseen_rows=(), fitted_rows=(), names=lambda _: np.ones(4, dtype=bool))
+    final = SimpleNamespace(
+        effects=("one",) * names, unseen=np.full(4, after), fitted=np.full(4, fitted), study=study
+    )
     return TorqueFinding(
         search=SimpleNamespace(final=final, rivals=()),
         gaps={"validate": Gap(before=BEFORE, after=after, noise=1e-4)},
@@ -31,14 +35,17 @@ def finding_that_leaves(after: float, *, floor: float | None, black_box: float |
         # What is left repeats no better than the floor.
         (20e-3, 19e-3, 10e-3, "named"),
         # As much closed as the black box closes, and most of what repeats.
-        (30e-3, 19e-3, 30e-3, "named"),
+        (25e-3, 19e-3, 30e-3, "named"),
+        # As much as the black box, but two thirds of what repeats.
+        (33e-3, 19e-3, 33e-3, "partly_named"),
         # Most of what repeats, but the black box closes far more.
         (30e-3, 19e-3, 20e-3, "partly_named"),
         # More than the black box, which hardly closes anything, and little of what repeats.
         (45e-3, 19e-3, 49e-3, "partly_named"),
         # Without a second pass all that is left may repeat.
         (45e-3, None, 49e-3, "partly_named"),
-        (30e-3, None, 30e-3, "named"),
+        (24e-3, None, 30e-3, "named"),
+        (30e-3, None, 30e-3, "partly_named"),
         (45e-3, None, None, "partly_named"),
     ],
 )
@@ -46,3 +53,9 @@ def test_names_stand_alone_where_little_that_repeats_is_left(
     after: float, floor: float | None, black_box: float | None, verdict: str
 ):
     assert finding_that_leaves(after, floor=floor, black_box=black_box).verdict == verdict
+
+
+@pytest.mark.parametrize(("fitted", "verdict"), [(19e-3, "nothing_missing"), (30e-3, "unlisted")])
+def test_nothing_is_missing_only_where_fitted_runs_leave_the_floor_as_well(fitted: float, verdict: str):
+    finding = finding_that_leaves(5e-3, floor=19e-3, black_box=6e-3, fitted=fitted, names=0)
+    assert finding.verdict == verdict
