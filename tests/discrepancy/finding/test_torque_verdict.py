@@ -18,9 +18,7 @@ def finding_that_leaves(
 ) -> TorqueFinding:
     """Return a finding that leaves ``after`` of 50 mN m on held-out rows, and ``fitted`` of the fitted ones."""
     study = SimpleNamespace(unseen_rows=(), fitted_rows=(), names=lambda _: np.ones(4, dtype=bool))
-    final = SimpleNamespace(
-        effects=("one",) * names, unseen=np.full(4, after), fitted=np.full(4, fitted), study=study
-    )
+    final = SimpleNamespace(effects=("one",) * names, unseen=np.full(4, after), fitted=np.full(4, fitted), study=study)
     return TorqueFinding(
         search=SimpleNamespace(final=final, rivals=()),
         gaps={"validate": Gap(before=BEFORE, after=after, noise=1e-4)},
