@@ -43,6 +43,8 @@ class Compared:
         Runs that they were held against; where a drive makes the torque, with that torque.
     width, width_of_states
         Standard deviations [s] of the filters of the torques, and of the motion that simulations begin from.
+    torque_scored
+        Whether the parameters were fitted to the torque.
     """
 
     baseline: Baseline | None
@@ -52,6 +54,7 @@ class Compared:
     runs: tuple[Run, ...]
     width: float
     width_of_states: float
+    torque_scored: bool = False
 
     @property
     def delay_s(self) -> float:
@@ -73,13 +76,25 @@ class Compared:
         float
             Infinite where there is no such model or run.
         """
-        values = [both[name].badness for (_, of), both in self.figures.items() if of == use and name in both]
-        return float(np.mean(values)) if values else np.inf
+        return _mean([one.badness for one in self._figures_of(name, use)])
 
     @property
     def plain_is_better(self) -> bool:
-        """Whether the plain model predicts the runs that no fit saw better than the fit."""
-        return self.badness("baseline", "validate") < self.badness("model", "validate")
+        """Whether the plain model predicts the runs that no fit saw better than the fit.
+
+        By torque and position together and, where the position was fitted, by the position too: along a measured motion
+        its noise bends stiff bristles, whose torque is then no measure of a model that simulates the motion better.
+        """
+        if self.badness("baseline", "validate") >= self.badness("model", "validate"):
+            return False
+        plain, fitted = (
+            _mean([one.position_badness for one in self._figures_of(name, "validate")]) for name in ("baseline", "model")
+        )
+        return self.torque_scored or plain < fitted
+
+    def _figures_of(self, name: str, use: str) -> list[Figures]:
+        """Return the figures of a model on the runs of one use."""
+        return [both[name] for (_, of), both in self.figures.items() if of == use and name in both]
 
     def floor_json(self) -> dict[str, Any] | None:
         """Convert the floor of a configuration to the entry ``floor`` of identification.json.
@@ -192,7 +207,13 @@ def compare(  # noqa: PLR0913 # both models, the runs, and how the runs were rec
         runs=tuple(used),
         width=width,
         width_of_states=narrow,
+        torque_scored=torque_scored,
     )
+
+
+def _mean(values: Sequence[float]) -> float:
+    """Return the mean of values; infinite without any."""
+    return float(np.mean(values)) if values else np.inf
 
 
 def _floor(residuals: Sequence[Array], motions: Sequence[FilteredMotion]) -> Array:

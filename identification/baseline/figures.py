@@ -136,11 +136,20 @@ class Figures:
         1 s, it is the measured states they begin from that miss, and the free simulation counts. Infinite where a
         simulation did not stay finite.
         """
+        return _mean_logarithm(np.concatenate([self.torque_rmse, self._position_rmse]))
+
+    @property
+    def position_badness(self) -> float:
+        """Mean logarithm of the position's RMS alone, as `badness` takes it; infinite likewise."""
+        return _mean_logarithm(self._position_rmse)
+
+    @property
+    def _position_rmse(self) -> Array:
+        """RMS of the position over 1 s, or the longest below, or of the free simulation where that is less."""
         lengths = [h for h in self.horizon_rmse if float(h) <= THRESHOLDS.longest_judged_horizon_s]
         position = self.horizon_rmse[max(lengths, key=float)] if lengths else self.free_rmse
         # fmin passes over a free simulation that did not stay finite.
-        both = np.concatenate([self.torque_rmse, np.fmin(position, self.free_rmse)])
-        return float(np.mean(np.log(both))) if np.isfinite(both).all() and (both > 0).all() else np.inf
+        return np.fmin(position, self.free_rmse)
 
     def as_json(self) -> dict[str, Any]:
         """Convert to ``figures.model`` or ``figures.baseline`` of a run in identification.json.
@@ -159,6 +168,11 @@ class Figures:
             "torque_error": _plain(self.torque_error),
             "horizon_rmse": {name: _plain(rmse) for name, rmse in self.horizon_rmse.items()},
         }
+
+
+def _mean_logarithm(values: Array) -> float:
+    """Return the mean of ln of the values; infinite where one of them has none."""
+    return float(np.mean(np.log(values))) if np.isfinite(values).all() and (values > 0).all() else np.inf
 
 
 def _plain(values: Array) -> float | list[float | None] | None:

@@ -145,6 +145,11 @@ def tell_result(step: Step) -> str:
             "The fit is the result: its residual on the fitted runs is the sensor's noise, although the plain model "
             "predicts torque and one second of motion of the runs that no fit saw better."
         )
+    if compared.badness("baseline", "validate") < compared.badness("model", "validate"):
+        return (
+            "The fit is the result: it simulates the runs that no fit saw better than the plain model does, which "
+            "predicts their torque better."
+        )
     return "The fit is the result: it predicts the runs that no fit saw better than the plain model does."
 
 

@@ -32,7 +32,8 @@ def position_control(run: Run, column: int = 0) -> str:
     2. a sweep at constant speed by a torque that is no smooth command (a slow cosine can move a viscous joint at nearly
        constant speed);
     3. torque whose high-frequency part is the position's noise times a gain: the correlation of fourth divided
-       differences of u and y, up to three rows of delay. A commanded torque is independent of the sensor's noise.
+       differences of u and y, up to three rows of delay, with recorded and with even time stamps. A commanded torque is
+       independent of the sensor's noise.
     """
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):
@@ -124,9 +125,30 @@ def noise_link(run: Run, column: int, order: int = 4) -> float:
     float
         Absolute correlation, 0 to 1; 0 where torque or position has no noise.
     """
-    u = contrasts(run.t, run.u[:, column], order)
-    y = contrasts(run.t, run.y[:, column], order)
-    if robust_std(u) < 1e-6 * max(float(np.ptp(run.u[:, column])), 1e-300) or robust_std(y) == 0:
+    # Both signals are read at one time, so that an error of the time stamps alone links what moves fast. Such an error is
+    # gone on even stamps; rows that were really taken unevenly have it there. A controller links them by either.
+    return min(_link(t, run.u[:, column], run.y[:, column], order) for t in (run.t, even_times(run.t)))
+
+
+def even_times(t: Array) -> Array:
+    """Return times at even intervals from the first row to the last.
+
+    Parameters
+    ----------
+    t
+        Times of the rows, shape (n_t,).
+
+    Returns
+    -------
+    ndarray, shape (n_t,)
+    """
+    return np.linspace(t[0], t[-1], t.size)
+
+
+def _link(t: Array, torque: Array, position: Array, order: int) -> float:
+    """Return the largest correlation of `noise_link` on one choice of time stamps."""
+    u, y = contrasts(t, torque, order), contrasts(t, position, order)
+    if robust_std(u) < 1e-6 * max(float(np.ptp(torque)), 1e-300) or robust_std(y) == 0:
         return 0.0
     # Steps in a torque and stray readings would decide the correlation alone: both are limited to 3 deviations.
     u = np.clip(u / robust_std(u), -3, 3)

@@ -105,6 +105,20 @@ def test_open_loop_shows_no_sign_of_a_controller():
         assert noise_link(run(noisy, y), 0) < 0.1
 
 
+def test_time_stamps_that_scatter_are_no_sign_of_a_controller():
+    stamped = T + 3e-5 * np.random.default_rng(3).standard_normal(T.size)
+    stamped -= stamped[0]
+    digits, noise = (x * np.random.default_rng(seed).standard_normal(T.size) for seed, x in ((4, 1e-3), (5, 1e-6)))
+
+    def moved(t):  # a joint without friction
+        return run(10.0 * np.cos(12.0 * t) + digits, -0.1 * np.cos(12.0 * t) + noise, t=stamped)
+
+    taken_evenly, taken_unevenly = moved(T), moved(stamped)
+    assert position_control(taken_evenly) == ""
+    assert position_control(taken_unevenly) == ""
+    assert position_control(closed_loop(kp=5.0, kd=0.2).but(t=stamped)) == "torque follows the position's noise"
+
+
 def test_triangle_sweep_is_a_sign_of_position_control():
     triangle = np.abs((T / 10) % 2 - 1)
     torque = 0.1 * np.sign(np.sin(np.pi * T / 10)) + 0.01 * np.sin(3 * T)
