@@ -88,7 +88,8 @@ class Compared:
         if self.badness("baseline", "validate") >= self.badness("model", "validate"):
             return False
         plain, fitted = (
-            _mean([one.position_badness for one in self._figures_of(name, "validate")]) for name in ("baseline", "model")
+            _mean([one.position_badness for one in self._figures_of(name, "validate")])
+            for name in ("baseline", "model")
         )
         return self.torque_scored or plain < fitted
 
