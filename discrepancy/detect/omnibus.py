@@ -59,6 +59,11 @@ class Omnibus:
     rows: int
 
     @property
+    def over_noise(self) -> float:
+        """Root mean square of the residual on the harmonics of the drive over that of noise [1], at least 1."""
+        return max(float(np.sqrt(self.energy / max(self.dof, np.finfo(float).tiny))), 1.0)
+
+    @property
     def far(self) -> bool:
         """Whether the residual is so large that no noise model turns it into noise."""
         return self.energy > THRESHOLDS.detect.far_energy_over_freedom * self.dof

@@ -112,8 +112,8 @@ class TorqueFinding:
     def left(self) -> float:
         """RMS of the final model's residual on the rows that name effects [N m], those away from reversals.
 
-        The larger one of fitted and held-out runs: the floor is that of all, and one run that holds what the others lack
-        raises it.
+        The larger one of fitted and held-out runs: the floor is that of all, and one run that holds what the others
+        lack raises it.
         """
         final = self.search.final
         rows = ((final.fitted, final.study.fitted_rows), (final.unseen, final.study.unseen_rows))
@@ -125,14 +125,15 @@ class TorqueFinding:
 
         Names stand alone where they leave no more than does not repeat, on fitted and on held-out runs, or close nearly
         all that the best black box closes and most of what repeats; else they name a part. Where the runs do not tell
-        one of them from another effect, they are ambiguous.
+        one of them from another effect, they are ambiguous. Names with which the recorded controller no longer holds
+        the simulation near the motion are no finding.
         """
         told_apart = "ambiguous" if self.search.rivals else "named"
         gap, names = self.gaps["validate"], self.search.final.effects
         aim = max(gap.noise, self.floor or 0.0)
-        if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
+        if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim and not self.worsens_position:
             return told_apart if names else "nothing_missing"
-        if not names:
+        if not names or self.worsens_position:
             return "unlisted"
         closed, possible = self.shares
         if possible is None or possible <= 0:
@@ -142,6 +143,15 @@ class TorqueFinding:
             THRESHOLDS.torque.least_share_of_repeated * self.repeated_share,
         )
         return told_apart if closed >= enough else "partly_named"
+
+    @property
+    def worsens_position(self) -> bool:
+        """Whether the position through the recorded controller is worse with the named effects, on runs of any use."""
+        before, after = self.nominal_loop, self.final_loop
+        if before is None or after is None or not self.search.final.effects:
+            return False
+        most = THRESHOLDS.torque.largest_rms_through_controller
+        return any(after.rms[use] > most * before.rms[use] for use in after.rms)
 
     @property
     def repeated_share(self) -> float:
@@ -165,8 +175,11 @@ class TorqueFinding:
             return "Nothing is missing: what is left of the torque does not repeat."
         if self.verdict in ("named", "ambiguous"):
             return f"Missing in the model: {names}.{self._told_of_rivals} {self._measured}"
-        if not names:
-            return f"Something is missing that no entry of the catalogue explains. {self._measured}"
+        if self.verdict == "unlisted":
+            like = (
+                f" It is like {names}, but with it the position strays further from the measured one." if names else ""
+            )
+            return f"Something is missing that no entry of the catalogue explains.{like} {self._measured}"
         return f"Missing in the model: {names}; they explain a part.{self._told_of_rivals} {self._measured}"
 
     @property
@@ -297,7 +310,8 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         stability=stability_of(_cut_into_stretches(final), final.effects, seed=seed),
         wall_s=time.perf_counter() - began,
     )
-    if not final.effects:
+    # A surrogate must not reach the users' model.
+    if not final.effects or finding.verdict == "unlisted":
         return finding
     # Built last: the FMU carries what the stages above found.
     tell("FMU")
@@ -355,10 +369,11 @@ def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
     The residual torque is added to the measured position as if it were a reading, so that `localise.maps` can sort it.
     """
     turned, simulated = [], []
-    for run, r in zip(study.runs, found.base.residual, strict=True):
+    for run, r, moving in zip(study.runs, found.base.residual, study.moving, strict=True):
         q = run.u
         scale = run.sensor_std
-        turned.append(run.but(u=run.y, y=q + r[:, None], noise=scale, resolution=np.zeros(1)))
+        counted = np.where(moving, r, 0.0)  # at rest friction takes any torque up to its level
+        turned.append(run.but(u=run.y, y=q + counted[:, None], noise=scale, resolution=np.zeros(1)))
         simulated.append(q[:, 0])
     return maps(turned, simulated)
 
@@ -366,7 +381,8 @@ def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
 def _remaining(found: TorqueSearch) -> Remaining:
     q = np.concatenate([run.u[:, 0] for run in found.study.runs])
     v = np.concatenate([measured_motion(run)[:, 1] for run in found.study.runs])
-    r = np.concatenate(found.final.residual)
+    moving = np.concatenate(found.study.moving)
+    q, v, r = q[moving], v[moving], np.concatenate(found.final.residual)[moving]
     bins = THRESHOLDS.finding.position_bins
     edges = np.linspace(q.min(), q.max(), bins + 1)
     place = np.clip(np.digitize(q, edges) - 1, 0, bins - 1)

@@ -108,7 +108,8 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
         if np.isfinite(refined.chi2):
             found, agreed = [refined], len(study.carried.basins[0].starts)
     if agreed >= THRESHOLDS.fit.starts_that_agree:
-        return Base(solution=found[0], costs=(found[0].chi2,), reached=agreed, calls=calls)
+        # The starts of the identification that agreed on this minimum.
+        return Base(solution=found[0], costs=(found[0].chi2,) * agreed, reached=agreed, calls=calls)
     first = start_vector(study.base, {})
     parametrisation = lay_out_under_observer(study, ()).parametrisation
     most = THRESHOLDS.fit.starts_that_agree

@@ -75,6 +75,9 @@ class TorqueThresholds:
     """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9
     """Least share of what the best black box closes that names have to close to stand alone."""
+    largest_rms_through_controller: float = 1.1
+    """Position's RMS error through the recorded controller with named effects over that without, on runs of any use,
+    above which the names are no finding [1]: runs of one use are too few to differ by less."""
     least_share_of_repeated: float = 0.75
     """Least share of the energy that repeats that names have to close to stand alone: less than half its RMS is left.
 

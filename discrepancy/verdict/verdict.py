@@ -2,7 +2,8 @@
 
 1. Decide between nothing missing, named, ambiguous, and unlisted.
 2. Refit the named effects at a finer inner step, and compute their standard errors.
-3. Withdraw a name whose amplitude is not distinguishable from zero.
+3. Widen these where the names leave more than noise, and withdraw a name whose amplitude is not distinguishable from
+   zero.
 4. Propose the next experiment for rivals, and fit a missing torque without a name for what is unlisted.
 5. Say it in one sentence.
 """
@@ -115,6 +116,8 @@ def judge(study: Study, found: Search) -> Judgement:
     if verdict in ("named", "partly_named", "ambiguous"):
         fine, at_first = finer(study, solution)
         solution, errors = standard_errors(fine, at_first, solution)
+    if verdict == "partly_named":  # what the names leave moves their parameters by as much more than noise does
+        errors = errors * found.best.left.over_noise
     # The search judges amplitudes by the curvature. The standard errors over all minima come only here, and may show
     # that the data do not hold the amplitude.
     if verdict in ("named", "partly_named") and (nothing := untold(solution, errors, study.rows)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import Figures
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome
@@ -140,17 +141,21 @@ def tell_result(step: Step) -> str:
         return "The fit is the result: what it leaves is the sensor's noise."
     if not np.isfinite(compared.badness("model", "validate")):
         return "The fit is the result: neither model could be judged on runs that no fit saw."
+    return f"The fit is the result: {_tell_of_unseen(compared)}."
+
+
+def _tell_of_unseen(compared: Compared) -> str:
+    """Say what the runs that no fit saw tell of both models, where the fit is the result."""
     if compared.plain_is_better:
         return (
-            "The fit is the result: its residual on the fitted runs is the sensor's noise, although the plain model "
-            "predicts torque and one second of motion of the runs that no fit saw better."
+            "its residual on the fitted runs is the sensor's noise, although the plain model predicts torque and one "
+            "second of motion of the runs that no fit saw better"
         )
     if compared.badness("baseline", "validate") < compared.badness("model", "validate"):
         return (
-            "The fit is the result: it simulates the runs that no fit saw better than the plain model does, which "
-            "predicts their torque better."
+            "it simulates the runs that no fit saw better than the plain model does, which predicts their torque better"
         )
-    return "The fit is the result: it predicts the runs that no fit saw better than the plain model does."
+    return "it predicts the runs that no fit saw better than the plain model does"
 
 
 def tell_over_noise(score: RunScore, unit: str) -> str:

@@ -125,8 +125,8 @@ def noise_link(run: Run, column: int, order: int = 4) -> float:
     float
         Absolute correlation, 0 to 1; 0 where torque or position has no noise.
     """
-    # Both signals are read at one time, so that an error of the time stamps alone links what moves fast. Such an error is
-    # gone on even stamps; rows that were really taken unevenly have it there. A controller links them by either.
+    # Both signals are read at one time, so that an error of the time stamps alone links what moves fast. Such an error
+    # is gone on even stamps; rows that were really taken unevenly have it there. A controller links them by either.
     return min(_link(t, run.u[:, column], run.y[:, column], order) for t in (run.t, even_times(run.t)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -57,3 +58,19 @@ def test_names_stand_alone_where_little_that_repeats_is_left(
 def test_nothing_is_missing_only_where_fitted_runs_leave_the_floor_as_well(fitted: float, verdict: str):
     finding = finding_that_leaves(5e-3, floor=19e-3, black_box=6e-3, fitted=fitted, names=0)
     assert finding.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("fitted", "unseen", "verdict"),
+    [(50e-3, 166e-3, "named"), (117e-3, 166e-3, "unlisted"), (50e-3, 200e-3, "unlisted")],
+)
+def test_names_with_which_the_controller_holds_the_motion_worse_are_no_finding(
+    fitted: float, unseen: float, verdict: str
+):
+    """A cubic spring and a delay, which the axis had not, halved a torque and doubled the error of the position."""
+    found = replace(
+        finding_that_leaves(20e-3, floor=19e-3, black_box=10e-3),
+        nominal_loop=SimpleNamespace(rms={"fit": 54e-3, "validate": 169e-3}),
+        final_loop=SimpleNamespace(rms={"fit": fitted, "validate": unseen}),
+    )
+    assert found.verdict == verdict

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.search.forward_selection import search
 from haptid.discrepancy.verdict.verdict import judge, untold, verdict_of
 from haptid.model.effects.registry import catalogue
@@ -59,3 +60,9 @@ def test_what_has_no_name_and_hardly_shows_on_held_out_runs_is_nothing(gain: flo
     assert verdict_of(found) == verdict  # type: ignore[arg-type] # what the verdict reads of a search
     study.unseen = ()
     assert verdict_of(found) == "unlisted"  # type: ignore[arg-type] # without held-out runs nothing speaks against it
+
+
+@pytest.mark.parametrize(("energy", "over_noise"), [(10.0, 1.0), (20.0, 1.0), (2000.0, 10.0)])
+def test_what_names_leave_widens_their_errors(energy: float, over_noise: float) -> None:
+    left = Omnibus(energy=energy, dof=20.0, p=0.5, parts={}, total=0.0, rows=0)
+    assert left.over_noise == pytest.approx(over_noise)
