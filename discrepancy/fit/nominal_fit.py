@@ -185,20 +185,40 @@ def with_stiffer_presliding(study: Study, base: Base) -> tuple[Study, Base]:
     study, base
         Study with the range in which the fit was found, and the fit.
     """
-    stiffness = law_named(study.base.friction[0]).roles.stiffness
-    if not study.alone or stiffness not in study.own:
-        return study, base
     for _ in range(IDENTIFICATION.most_widenings_of_bounds):
-        found, upper = base.solution, study.base.parameter(stiffness).upper
-        if found.values[stiffness] < THRESHOLDS.fit.on_upper_end_of_range * upper:
+        found, wider = base.solution, stiffer_study(study, base.solution)
+        if wider is None:
             break
-        ranges = {stiffness: {"upper": IDENTIFICATION.bounds_over_guess * upper}}
-        wider = replace(study, base=study.base.with_parameters(ranges))
         again = _refine(wider, found.values, found.x0)
         if not again.chi2 < (1.0 - IDENTIFICATION.largest_relative_cost_difference_in_basin) * found.chi2:
             break
         study, base = wider, replace(base, solution=again, calls=base.calls + again.calls)
     return study, base
+
+
+def stiffer_study(study: Study, found: Solution) -> Study | None:
+    """Widen the range of the stiffness in presliding where a model ends on it.
+
+    Parameters
+    ----------
+    study
+        Study with its nominal model.
+    found
+        Optimum of the nominal model, or of one with effects.
+
+    Returns
+    -------
+    Study or None
+        None where the optimum lies within the range, or where user or device stated it.
+    """
+    stiffness = law_named(study.base.friction[0]).roles.stiffness
+    if not study.alone or stiffness not in study.own:
+        return None
+    upper = study.base.parameter(stiffness).upper
+    if found.values[stiffness] < THRESHOLDS.fit.on_upper_end_of_range * upper:
+        return None
+    ranges = {stiffness: {"upper": IDENTIFICATION.bounds_over_guess * upper}}
+    return replace(study, base=study.base.with_parameters(ranges))
 
 
 def _refine(study: Study, values: Mapping[str, float], x0: Sequence[Array]) -> Solution:

@@ -10,7 +10,8 @@
 4. Leave out or exchange each effect once (backward elimination).
 5. Refit the nominal model from the winner's optimum. A better minimum shows that the first fit was stuck, and starts
    the search again.
-6. Compare the best models at the inner step that they need, and search again there if that changes the outcome.
+6. Compare the best models at the inner step that they need, and search again there if that changes the outcome. Widen
+   the range of the stiffness in presliding where the best model ends on it.
 7. Fit unlisted effects of the same kind in the place of the named ones.
 """
 
@@ -34,6 +35,7 @@ from haptid.discrepancy.search.dominance import closes_most, dominant
 from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, other_laws
 from haptid.discrepancy.search.observer_laws import Led, lead_on
 from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, release_leads
+from haptid.discrepancy.search.own_range import in_wider_range
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
 from haptid.discrepancy.search.tools import Searcher, first_tests, leaves_much
@@ -201,6 +203,9 @@ def _finish(begun: _Begun, tell: Progress) -> Search:
         else:
             again, s = _at_finer_step(found, finer, finer.best), finer.searcher
         found = _with_cost_of(found, again)
+    if (wider := in_wider_range(s, found.best)) is not None:
+        tell("the best model with stiffer presliding")
+        found, s = _at_finer_step(found, wider, wider.trials[0]), wider.searcher
     before = s.simulations
     contenders = fit_contenders(s, found.best, found.plain)
     simulations = found.simulations + s.simulations - before

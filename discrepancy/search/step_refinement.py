@@ -66,7 +66,7 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
         return None
     s.tell(f"the best {len(close)} again at the inner step of {1e3 * step:.3g} ms")
     fine = replace(s, study=at_step(s.study, step), finished={}, simulations=0)
-    return Closer(searcher=fine, trials=tuple(_again(fine, t) for t in close))
+    return Closer(searcher=fine, trials=tuple(fit_again(fine, t) for t in close))
 
 
 def _beyond(s: Searcher, best: Trial) -> bool:
@@ -86,8 +86,20 @@ def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
     return list(first.values())[:most]
 
 
-def _again(s: Searcher, trial: Trial) -> Trial:
-    """Fit one model to the end at the searcher's step; its gains change by as much as criterion and score do."""
+def fit_again(s: Searcher, trial: Trial) -> Trial:
+    """Fit one model to the end in the searcher's study; its gains change by as much as criterion and score do.
+
+    Parameters
+    ----------
+    s
+        Tools of a search in another study of the same runs.
+    trial
+        Trial of the search before.
+
+    Returns
+    -------
+    Trial
+    """
     judged = s.trial(settle(s.study, trial.solution.effects, trial.solution))
     now, then = judged.candidate, trial.candidate
     return replace(

@@ -44,6 +44,8 @@ class VerdictThresholds:
     """Least number of readings in a period of a proposed torque faster than any that was used."""
 
     # Step 17: which proposed run helps.
+    most_errors_between_fits: float = 2.0
+    """Distance between two fits of one model over the standard error beyond which that distance is the error [1]."""
     largest_excursion_over_travel: float = 0.05
     """Share of the travel by which a proposed run may leave the travel [1]."""
     most_repeats: int = 10

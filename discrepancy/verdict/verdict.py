@@ -28,6 +28,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape, missing
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.next_experiment import Proposal, propose
+from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect, match_parameters
 from haptid.model.equations.quantity import Quantity
@@ -93,6 +94,33 @@ class Judgement:
     def is_stand_in(self) -> bool:
         """Whether the effects are no finding, but the nearest of the catalogue to what is unlisted."""
         return self.verdict == "unlisted" and bool(self.effects)
+
+    def beside(self, refit: Fit) -> Judgement:
+        """Widen the errors of effects that another fit of the same model finds elsewhere.
+
+        Parameters
+        ----------
+        refit
+            Fit of the model with the effects, through its FMU: from other initial states, and without a model of the
+            noise.
+
+        Returns
+        -------
+        Judgement
+            An estimate further than two standard errors from the refit's has their distance as standard error.
+        """
+
+        def reach(id: str, estimate: Estimate) -> Estimate:
+            apart = abs(refit.values.get(id, estimate.value) - estimate.value)
+            if apart <= THRESHOLDS.verdict.most_errors_between_fits * estimate.std:
+                return estimate
+            return Estimate.of_parameter(refit.equations.parameter(id), estimate.value, apart)
+
+        effects = tuple(
+            replace(e, parameters={id: reach(id, estimate) for id, estimate in e.parameters.items()})
+            for e in self.effects
+        )
+        return replace(self, effects=effects)
 
 
 def judge(study: Study, found: Search) -> Judgement:

@@ -8,7 +8,8 @@ import pytest
 
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.search.forward_selection import search
-from haptid.discrepancy.verdict.verdict import judge, untold, verdict_of
+from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge, untold, verdict_of
 from haptid.model.effects.registry import catalogue
 from tests.discrepancy.finding.test_finding import study_with
 
@@ -66,3 +67,22 @@ def test_what_has_no_name_and_hardly_shows_on_held_out_runs_is_nothing(gain: flo
 def test_what_names_leave_widens_their_errors(energy: float, over_noise: float) -> None:
     left = Omnibus(energy=energy, dof=20.0, p=0.5, parts={}, total=0.0, rows=0)
     assert left.over_noise == pytest.approx(over_noise)
+
+
+@pytest.mark.parametrize(("other", "std"), [(26000.0, 642.0), (31400.0, 5121.0)])
+def test_another_fit_of_the_same_model_widens_an_error(other: float, std: float) -> None:
+    """A stop of 26.3 kN/m stood beside an FMU with one of 31.4."""
+    stop = next(e for e in catalogue().values() if e.key == "end_stop:upper")
+    stiffness = stop.parameters[0]
+    named = NamedEffect(
+        id=stop.id, key=stop.key, title=stop.title, formula=stop.formula, evidence=1.0,
+        parameters={stiffness.id: Estimate.of_parameter(stiffness, 26279.0, 642.0)},
+    )  # fmt: skip
+    judgement = Judgement(
+        verdict="partly_named", effects=(named,), alternatives=(), next_experiment=None, shape=None, sentence=""
+    )
+    refit = SimpleNamespace(values={stiffness.id: other}, equations=SimpleNamespace(parameter=lambda _: stiffness))
+    estimate = judgement.beside(refit).effects[0].parameters[stiffness.id]  # type: ignore[arg-type] # all that is read
+    assert estimate.value == 26279.0
+    assert estimate.std == pytest.approx(std)
+    assert estimate.interval[0] <= other <= estimate.interval[1]
