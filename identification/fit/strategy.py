@@ -31,6 +31,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.control_detection import is_steady_sweep, position_control
 from haptid.measurement.signals.smoothing import dominant_period
 from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain
 
 Kind = Literal["open_loop", "observer", "torque"]
@@ -259,13 +260,15 @@ def free_simulation(simulator: Simulator, found: Fit, runs: Sequence[Run]) -> tu
     Returns
     -------
     tuple of str
-        One sentence per run with the RMS of the residual [rad], so that no reader takes the observer's residual for
-        that of a free simulation.
+        One sentence per run with the RMS of the residual [rad], or [m] of a prismatic joint, so that no reader takes
+        the observer's residual for that of a free simulation.
     """
     sentences = []
     for run in runs:
         if run.use != "excluded":
             y = simulator.simulate(found.theta, run, x0=found.x0.get(run.file)).y[:, : run.y.shape[1]]
-            rms = ", ".join(f"{value:.3g}" for value in np.sqrt(np.mean((run.y - y) ** 2, axis=0)))
-            sentences.append(f"{run.file}: a free simulation leaves an RMS of {rms} rad")
+            values = np.sqrt(np.mean((run.y - y) ** 2, axis=0))
+            units = [unit_for("rad", [slides]) for slides in run.prismatic]
+            rms = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(values, units, strict=True))
+            sentences.append(f"{run.file}: a free simulation leaves an RMS of {rms}")
     return tuple(sentences)

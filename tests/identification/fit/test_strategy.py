@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from haptid.identification.fit.strategy import choose, choose_for, first_guess, fit_simulated
+from haptid.identification.fit.strategy import choose, choose_for, first_guess, fit_simulated, free_simulation
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.simulators.error_growth import growth
 from haptid.identification.simulators.kernel import KernelSimulator
@@ -110,7 +112,7 @@ def test_wild_swing_is_fitted_through_the_observer_down_to_the_noise() -> None:
     assert found.values["gravity_sin"] == pytest.approx(TRUE["gravity_sin"], rel=0.01)
     assert found.runs[0].over_noise < 1.05
     assert any("observer of gain" in note for note in found.notes)
-    assert any("a free simulation leaves" in note for note in found.notes)
+    assert any("a free simulation leaves" in note and note.endswith(" rad") for note in found.notes)
 
 
 def test_a_torque_that_the_model_lacks_stays_visible_under_the_observer() -> None:
@@ -157,3 +159,12 @@ def test_real_double_pendulum_needs_an_observer() -> None:
     kinds = [choose(run, simulator, first_guess(simulator)).kind for run in campaign.runs]
     assert kinds == ["open_loop"] * 3 + ["observer"] * 3
     assert choose_for(campaign.runs, simulator, first_guess(simulator)).kind == "observer"
+
+
+def test_a_free_simulation_of_a_stage_is_told_in_metres() -> None:
+    simulator, run = KernelSimulator.of(pendulum()), swung(0.05, 1)
+    found = SimpleNamespace(theta=first_guess(simulator), x0={})
+    (turns,) = free_simulation(simulator, found, (run,))  # type: ignore[arg-type] # all that is read of a fit
+    (slides,) = free_simulation(simulator, found, (run.but(prismatic=(True,)),))  # type: ignore[arg-type] # as above
+    assert turns.endswith(" rad")
+    assert slides.endswith(" m")
