@@ -164,8 +164,8 @@ def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
 
 
 def _step(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect], tell: Progress) -> TorqueStep:
-    taken = {e.id for e in current.effects}
-    free = {key: e for key, e in entries.items() if e.id not in taken}
+    ids, keys = {e.id for e in current.effects}, {e.key for e in current.effects}
+    free = {key: e for key, e in entries.items() if e.again == (e.id in ids) and key not in keys}
     every = with_ripple(current, free)
     found = promises(study, current, every, lambda done: tell("scan of the catalogue", done, len(every)))
     best = _choose_refits(found)

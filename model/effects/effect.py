@@ -112,6 +112,8 @@ class Effect:
     torque_only
         Whether the effect is searched for in torques only: a family of many amplitudes needs a residual in which they
         are linear.
+    again
+        Whether the form is offered only beside another one of the same id, as what a machine may have twice.
     joint
         The joint that has the effect, where several joints move together.
     """
@@ -147,6 +149,7 @@ class Effect:
     edge: str = ""
     edges: tuple[float, ...] = ()
     torque_only: bool = False
+    again: bool = False
     joint: int | None = None
 
     def __post_init__(self) -> None:

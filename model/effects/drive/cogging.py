@@ -1,4 +1,7 @@
-"""Torque that the motor's magnets, or the teeth of its gear, add at fixed positions: one wave, or its harmonics too."""
+"""Torque that the motor's magnets, or the teeth of its gear, add at fixed positions: one wave, or its harmonics too.
+
+Teeth and magnets make waves of different length, so that a second wave may stand beside the first.
+"""
 
 from functools import partial
 
@@ -7,11 +10,11 @@ from haptid.model.effects.parts.waves import COARSE, WHOLE, series, series_ampli
 from haptid.model.effects.scales import POSITION, TORQUE
 
 HARMONICS = 3
+TITLE = "cogging torque at fixed positions"
 FAMILY = series_amplitudes("cogging", "N m", "cogging torque", 0.01, 1.0, HARMONICS)
 _effect = partial(
     Effect,
     id="cogging",
-    title="cogging torque at fixed positions",
     lives_in="position",
     side="torque",
     rivals=("position_dependent_friction", "torque_ripple"),
@@ -19,6 +22,7 @@ _effect = partial(
 
 EFFECTS = (
     _effect(
+        title=TITLE,
         formula="−a_s·sin(n·q) − a_c·cos(n·q)",
         parameters=(
             parameter("cogging_sin", "N m", "cogging torque, sine part", 0.01, -1.0, 1.0),
@@ -33,6 +37,7 @@ EFFECTS = (
     ),
     _effect(
         variant="harmonics",
+        title=TITLE,
         formula="−Σ a_s,h·sin(h·n·q) + a_c,h·cos(h·n·q), h = 1 … 3",
         parameters=(*FAMILY, wave_number("cogging_number", WHOLE)),
         amplitudes=len(FAMILY),
@@ -40,5 +45,22 @@ EFFECTS = (
         relative={x.id: TORQUE for x in FAMILY} | {"cogging_number": 1 / POSITION},
         torque=-series("cogging", HARMONICS),
         torque_only=True,
+    ),
+    _effect(
+        variant="second",
+        title="second cogging torque at fixed positions",
+        formula="−b_s·sin(m·q) − b_c·cos(m·q)",
+        parameters=(
+            parameter("second_cogging_sin", "N m", "second cogging torque, sine part", 0.01, -1.0, 1.0),
+            parameter("second_cogging_cos", "N m", "second cogging torque, cosine part", 0.01, -1.0, 1.0),
+            wave_number("second_cogging_number", WHOLE),
+        ),
+        amplitudes=2,
+        shapes=(("second_cogging_number", WHOLE),),
+        relative={"second_cogging_sin": TORQUE, "second_cogging_cos": TORQUE, "second_cogging_number": 1 / POSITION},
+        derived=size("second_cogging", "N m"),
+        torque=-wave("second_cogging"),
+        torque_only=True,
+        again=True,
     ),
 )

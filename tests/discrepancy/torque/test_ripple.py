@@ -1,5 +1,7 @@
 """Ripple of gear teeth and poles: waves over position that no grid of the catalogue holds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,7 +72,20 @@ def test_the_harmonics_of_a_ripple_are_one_name():
     assert sizes == pytest.approx([0.01, 0.006, 0.005], rel=0.1)
 
 
+def test_teeth_and_poles_are_two_waves_under_one_name():
+    entries = {key: catalogue()[key] for key in ("cogging", "cogging:second", "cubic_spring", "quadratic_drag")}
+    study = sweep(0.01, 24.0)
+    (run,) = study.runs  # from position to torque
+    both = replace(study, runs=(run.but(y=run.y + 0.004 * np.sin(61.0 * run.u)),))
+    found = search_torque(both, entries, starts=1, seed=0, tell=ignore_progress)
+    assert [effect.key for effect in found.final.effects] == ["cogging", "cogging:second"]
+    numbers = [found.final.values[id] for id in ("cogging_number", "second_cogging_number")]
+    assert numbers == pytest.approx([24.0, 61.0], abs=0.2)
+    alone = search_torque(study, entries, starts=1, seed=0, tell=ignore_progress)
+    assert [effect.key for effect in alone.final.effects] == ["cogging"]
+
+
 def test_a_family_is_no_entry_of_a_search_in_positions():
     families = [key for key, effect in catalogue().items() if effect.torque_only]
-    assert families == ["cogging:harmonics", "position_dependent_friction:harmonics"]
+    assert families == ["cogging:harmonics", "cogging:second", "position_dependent_friction:harmonics"]
     assert not set(families) & set(usable(catalogue(), law_named("lugre")))
