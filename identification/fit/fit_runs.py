@@ -157,6 +157,13 @@ class JointTest:
             step=self.step,
         )
 
+    @property
+    def largest_torque(self) -> float:
+        """Largest torque of the runs that are fitted [N m], or [N]; infinite for a drive, whose command is none."""
+        if self.equations.drive is not None:
+            return np.inf
+        return float(max((np.abs(run.u).max() for run in self.runs if run.use == "fit"), default=np.inf))
+
     def with_positions(self, found: Fit) -> JointTest:
         """Return the same test with positions for readings, where the fit found encoder zeros.
 
@@ -208,7 +215,7 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
     if best.compared.plain_is_better and not settled and drive is None:
         made = plain_fit(test.simulator(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)
-    return replace(best, fit=with_absent_terms(best.fit))
+    return replace(best, fit=with_absent_terms(best.fit, test.largest_torque))
 
 
 def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
@@ -315,7 +322,8 @@ def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -
     found = fit_within_own_bounds(fit_closed, none or equations, test.runs, test.own, options)
     if none is not None:
         found = _with_spring_if_seen(test, fit_closed, equations, found, options)
-    found = with_absent_terms(_widen_above_noise(test, found, options.but(gains=(0.0,)), workers))
+    wider = _widen_above_noise(test, found, options.but(gains=(0.0,)), workers)
+    found = with_absent_terms(wider, test.largest_torque)
     found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
     return Fitted(fit=found, torque_scored=False, compared=test.compare(found.values))
 

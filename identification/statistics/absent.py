@@ -26,13 +26,16 @@ NO_SPRING: dict[str, object] = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fix
 """Entries of both parameters that leave a spring out."""
 
 
-def with_absent_terms(fit: Fit) -> Fit:
+def with_absent_terms(fit: Fit, largest: float = np.inf) -> Fit:
     """Tell spring, gravity and stiction that the data do not need as absent.
 
     Parameters
     ----------
     fit
         Fit with its final covariance. Parameters that are fixed or have a prior are left as they are.
+    largest
+        Largest torque of the runs [N m], or [N] of a prismatic joint: gravity or stiction whose interval reaches beyond
+        is not told as absent, for the runs say nothing of it.
 
     Returns
     -------
@@ -47,8 +50,8 @@ def with_absent_terms(fit: Fit) -> Fit:
         stiction = (roles.stiction, roles.coulomb) if roles.stiction != roles.coulomb else ()
         for absent, sentence in (
             _spring(fit, f"Ks{tail}", f"epos{tail}"),
-            _gravity(fit, [f"gravity_cos{tail}", f"gravity_sin{tail}"]),
-            _stiction(fit, [f"{id}{tail}" for id in stiction], f"{roles.stribeck_velocity}{tail}"),
+            _gravity(fit, [f"gravity_cos{tail}", f"gravity_sin{tail}"], largest),
+            _stiction(fit, [f"{id}{tail}" for id in stiction], f"{roles.stribeck_velocity}{tail}", largest),
         ):
             statuses |= {id: "unidentifiable" for id in absent if statuses.get(id) in ("identified", "at_bound")}
             said += [name + sentence] if absent else []
@@ -118,7 +121,7 @@ def _spring(fit: Fit, stiffness: str, equilibrium: str) -> tuple[list[str], str]
     return [stiffness, equilibrium], f"no spring is seen: |{stiffness}| < {abs(value) + reach:.2g} {unit} with 95 %"
 
 
-def _gravity(fit: Fit, ids: Sequence[str]) -> tuple[list[str], str]:
+def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], str]:
     chosen = _open(fit, ids)
     if not chosen:
         return [], ""
@@ -128,10 +131,13 @@ def _gravity(fit: Fit, ids: Sequence[str]) -> tuple[list[str], str]:
     if float(values @ np.linalg.pinv(covariance) @ values) > THRESHOLDS.largest_chi_squared_of_no_gravity:
         return [], ""
     limit = max(abs(fit.values[id]) + _reach(fit, [id], np.ones(1)) for id in chosen)
-    return chosen, f"no gravity is seen: below {limit:.2g} {fit.equations.parameter(chosen[0]).unit} with 95 %"
+    unit = fit.equations.parameter(chosen[0]).unit
+    if limit > largest:
+        return chosen, f"gravity is not told by these runs, whose torque ends at {largest:.2g} {unit}"
+    return chosen, f"no gravity is seen: below {limit:.2g} {unit} with 95 %"
 
 
-def _stiction(fit: Fit, ids: Sequence[str], velocity: str) -> tuple[list[str], str]:
+def _stiction(fit: Fit, ids: Sequence[str], velocity: str, largest: float) -> tuple[list[str], str]:
     if len(_open(fit, ids)) < 2:
         return [], ""
     stiction, coulomb = ids
@@ -140,6 +146,8 @@ def _stiction(fit: Fit, ids: Sequence[str], velocity: str) -> tuple[list[str], s
         return [], ""
     unit = fit.equations.parameter(stiction).unit
     sentence = f"no stiction is seen: {stiction} - {coulomb} < {rise + reach:.2g} {unit} with 95 %"
+    if rise + reach > largest:
+        sentence = f"stiction is not told by these runs, whose torque ends at {largest:.2g} {unit}"
     return [stiction, velocity], sentence
 
 

@@ -162,3 +162,15 @@ def test_intervals_of_a_model_that_does_not_fit_hold_the_truth() -> None:
         assert abs(fit.values[id] - TRUE[id]) < 1.96 * fit.std[fit.index(id)], id
     for id in ("Ks", "vs", "sigma0", "Fs"):
         assert fit.statuses[id] != "identified", id
+
+
+@pytest.mark.parametrize(
+    ("largest", "said"), [(1.0, "no stiction is seen"), (1e-4, "stiction is not told by these runs")]
+)
+def test_stiction_that_could_exceed_any_torque_of_the_runs_is_not_told_as_absent(
+    fitted: Fitted, largest: float, said: str
+) -> None:
+    """Fs - Fc < 18 N was told as absent where the whole force was 19 N."""
+    told = with_absent_terms(fitted.fit.but(warnings=()), largest)
+    assert any(said in warning for warning in told.warnings)
+    assert told.statuses["vs"] == "unidentifiable"
