@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from haptid.identification.job.stored import stored_steps
 from haptid.identification.output.summary import tell_summary
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.outcome import tell_status
 from haptid.identification.sequence.carried_fit import FILE
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.step import Step
@@ -126,14 +128,18 @@ class Identified:
         Returns
         -------
         DataFrame
-            One row a configuration and parameter: value, standard deviation, unit, status (``identified``, ``fixed``,
-            ``prior``, ``unidentifiable``, ``at_bound``) and meaning.
+            One row a configuration and parameter: value, standard deviation, unit, status as it is told
+            (``identified``, ``uncertain`` where the model leaves more than the noise, ``fixed``, ``prior``,
+            ``unidentifiable``, ``at_bound``) and meaning. An unidentifiable value is one of many that fit as well: its standard deviation is NaN.
         """
-        rows = [
-            {"configuration": name, "parameter": id, **{key: one.get(key) for key in PARAMETER}}
-            for name, entry in self._entries()
-            for id, one in entry["parameters"].items()
-        ]
+        rows = []
+        for name, entry in self._entries():
+            for id, one in entry["parameters"].items():
+                row = {"configuration": name, "parameter": id, **{key: one.get(key) for key in PARAMETER}}
+                if row["status"] == "unidentifiable":
+                    row["std"] = math.nan
+                row["status"] = tell_status(row["status"], entry.get("outcome", ""))
+                rows.append(row)
         return pd.DataFrame(rows).set_index(["configuration", "parameter"])
 
     def links(self) -> pd.DataFrame:

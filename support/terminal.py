@@ -38,7 +38,8 @@ LEAST_KNOWN_SHARE = 0.02
 STYLES = {
     "OK": "green", "converged": "green", "identified": "green", "nothing_missing": "green", "named": "cyan",
     "absent": "dim", "fixed": "dim", "prior": "yellow", "partly_named": "yellow", "ambiguous": "yellow",
-    "unidentifiable": "yellow", "unlisted": "red", "at_bound": "red", "diverged": "red", "PROBLEM": "bold red",
+    "unidentifiable": "yellow", "uncertain": "yellow", "unlisted": "red", "at_bound": "red", "diverged": "red",
+    "PROBLEM": "bold red",
 }  # fmt: skip
 """Colour of a cell that holds exactly this word; the word itself says the same without colours."""
 

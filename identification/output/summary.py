@@ -13,7 +13,7 @@ import numpy as np
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import tell_comparison, tell_delay, tell_over_noise
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT
+from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain
@@ -64,12 +64,12 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
         A row a parameter, with cells in the order of `PARAMETER_HEADER`; no number for one that the runs do not tell,
         and ``uncertain`` in place of ``identified`` where the model does not fit.
     """
-    fit, uncertain = step.fit, set(uncertain_ids(step))
+    fit = step.fit
     rows: list[tuple[str, ...]] = []
     for quantity, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True):
         status = fit.statuses[quantity.id]
         told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
-        rows.append((quantity.id, *told, quantity.unit, "uncertain" if quantity.id in uncertain else status))
+        rows.append((quantity.id, *told, quantity.unit, tell_status(status, fit.outcome.label)))
     return rows
 
 
@@ -91,10 +91,7 @@ def worst_score(step: Step) -> RunScore | None:
 
 
 def uncertain_ids(step: Step) -> list[str]:
-    """List the parameters that the data determine, but in a model that does not fit.
-
-    The status of such a parameter is ``identified``, by a standard deviation that the jackknife widened. What the model
-    lacks may still have moved the value further: a cubic spring that it lacks turns gravity to the other sign.
+    """List the parameters that the data determine, but in a model that does not fit, as `tell_status` tells.
 
     Parameters
     ----------
@@ -106,9 +103,8 @@ def uncertain_ids(step: Step) -> list[str]:
     list of str
         Empty where the residual is at the noise, and where another outcome says how the fit was made.
     """
-    if step.fit.outcome not in MODEL_DOES_NOT_FIT:
-        return []
-    return [id for id, status in step.fit.statuses.items() if status == "identified"]
+    fit = step.fit
+    return [id for id, status in fit.statuses.items() if tell_status(status, fit.outcome.label) == UNCERTAIN]
 
 
 def tell_uncertain(step: Step) -> str:

@@ -14,12 +14,14 @@ from haptid.identification.baseline.figures import Figures
 from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.calibration.calibrate import Calibration
+from haptid.identification.calibration.words import parameter_rows as variable_rows
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.output.summary import attention, parameter_rows
 from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.result_json import parameter_json
 from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.signals.filtered_motion import state_width
@@ -228,6 +230,13 @@ def test_no_value_of_a_model_above_the_noise_is_told_as_identified(page):
     assert not any("uncertain" in sentence for sentence in attention(STEP))
 
 
+def test_the_file_has_the_status_and_the_word_that_is_told():
+    for step, told in ((STEP, "identified"), (POOR_STEP, "uncertain")):
+        quantity = step.fit.equations.parameter("inertia")
+        entry = parameter_json(quantity, 1e-4, 1e-6, step.fit.statuses["inertia"], step.fit.outcome)
+        assert (entry["status"], entry["told_status"]) == ("identified", told)
+
+
 def test_profiles_and_combinations_have_their_ends_and_errors(page):
     assert page.table("Joint 4", "95 % intervals").rows == [
         ["parameter", "from", "to", "value ± 1.96 std", "unit"],
@@ -416,6 +425,12 @@ def test_a_calibrated_variable_has_its_value_its_error_its_guess_and_its_bounds(
     assert [row["value ± std"], row["bounds"]] == ["1.25", ""]
     combinations = calibrated.table("Parameters", heading="combination")
     assert combinations.rows[1:] == [["1·spring.Ks + -0.37·mechanics.inertia", "0.0432 ± 0.0019"]]
+
+
+def test_a_value_of_an_fmu_that_does_not_fit_is_uncertain():
+    poor = replace(CALIBRATION, fit=FIT.but(outcome=Outcome.ABOVE_NOISE))
+    told = render(calibration_page, poor, DATA).table("Parameters", heading="variable").column("status")
+    assert told == [row[-1] for row in variable_rows(poor)] == ["uncertain", "prior", "fixed"]
 
 
 def test_a_calibration_has_the_scores_of_its_runs_and_minima(calibrated):
