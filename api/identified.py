@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import pandas as pd
 from matplotlib.axes import Axes
 
-from haptid.api.arguments import HoldsCampaign, errors_name_arguments, listener_of, only_one
+from haptid.api.arguments import HoldsCampaign, check_choice, errors_name_arguments, joints_of, listener_of, only_one
 from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
@@ -130,7 +130,8 @@ class Identified:
         DataFrame
             One row a configuration and parameter: value, standard deviation, unit, status as it is told
             (``identified``, ``uncertain`` where the model leaves more than the noise, ``fixed``, ``prior``,
-            ``unidentifiable``, ``at_bound``) and meaning. An unidentifiable value is one of many that fit as well: its standard deviation is NaN.
+            ``unidentifiable``, ``at_bound``) and meaning. An unidentifiable value is one of many that fit as well: its
+            standard deviation is NaN.
         """
         rows = []
         for name, entry in self._entries():
@@ -293,6 +294,7 @@ class Identified:
             Where values are none that a real device has.
         """
         with errors_name_arguments():
+            check_choice("kind", kind, get_args(Kind))
             packaged = package_result(
                 self.folder / FILE,
                 Path(path),
@@ -335,6 +337,8 @@ class Identified:
             Where the results are of single joints, or the device is none that such a file can hold.
         """
         with errors_name_arguments():
+            check_choice("form", form, get_args(Form))
+            check_choice("friction", friction, get_args(FrictionOf))
             device = None if self.values is None else device_of(self.values)
             return write_multibody(multibody_of_result(self.folder / FILE, device), Path(path), form, friction).losses
 
@@ -368,7 +372,7 @@ class Identified:
 
         with errors_name_arguments(), lock_place(self.place.lasting), listener_of(progress) as listener:
             return sample_values(
-                self._values("posterior"), self.place, listener, joints=None if joints is None else tuple(joints),
+                self._values("posterior"), self.place, listener, joints=joints_of("joints", joints),
                 quick=quick, seed=seed, workers=workers, made_by="haptid.Identified.posterior",
             )  # fmt: skip
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from haptid.api.identified import Identified
+from haptid.support.errors import InputError
 
 ESTIMATES = {
     "inertia": {"value": 2e-3, "std": 1e-5, "unit": "kg m^2", "status": "identified"},
@@ -40,3 +41,18 @@ def test_a_value_that_the_runs_do_not_tell_has_no_standard_deviation(tmp_path):
     rows = read(tmp_path, "converged").summary()
     assert list(rows["value"]) == [2e-3, 0.7, 1.0]
     assert np.array_equal(rows["std"], [1e-5, np.nan, 0.0], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda one: one.export_fmu("x.fmu", kind="foo"), "kind: expected one of python, native, native3, got 'foo'"),
+        (lambda one: one.export_bodies("x.xml", form="sdf"), "form: expected one of urdf, mjcf, got 'sdf'"),
+        (lambda one: one.export_bodies("x.xml", friction="dahl"), "friction: expected one of lugre, frictionloss"),
+    ],
+)
+def test_an_unknown_kind_is_refused_in_one_line(call, told, tmp_path):
+    with pytest.raises(InputError) as caught:
+        call(read(tmp_path, "converged"))
+    assert str(caught.value).startswith(told)
+    assert "\n" not in str(caught.value)
