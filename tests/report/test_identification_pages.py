@@ -29,6 +29,7 @@ from haptid.report.calibration.page import calibration_page
 from haptid.report.common.page import Page
 from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
 from haptid.report.identification.friction_figures import friction_figure
+from haptid.report.identification.glance import glance_table
 from haptid.report.identification.page import Beside, identification_page
 from tests.report.known import T, known_equations, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
@@ -289,6 +290,44 @@ def test_the_delay_of_the_torque_has_its_size_error_rows_and_sign(page):
     (told,) = [text for text in page.paragraphs if "The torque acts" in text]
     assert told.startswith("The torque acts 4.3 ms ± 370 µs (2.1 rows) before it is recorded")
     assert "the plain model has this delay, the fit has none" in told
+
+
+def held(step: Step, rows: float, hold: str = "zero") -> Step:
+    """Return a step whose torque acts at another time than it was recorded."""
+    delay = Delay(value=rows * 2e-3, std=1.7e-5, rows=rows, held_out_gain=0.2)
+    baseline = SimpleNamespace(**{**vars(BASELINE), "delay": delay})
+    runs = tuple(run.but(hold=hold) for run in step.configuration.runs)
+    return replace(
+        step, configuration=replace(step.configuration, runs=runs), compared=replace(COMPARED, baseline=baseline)
+    )
+
+
+@pytest.mark.parametrize("outcome", [Outcome.LONELY, Outcome.ABOVE_NOISE])
+def test_a_torque_that_acts_half_a_row_early_was_held_by_mistake(outcome):
+    """Columns, units and more starts were what to look at, beside a delay of half a row."""
+    step = held(replace(POOR_STEP, fit=POOR_STEP.fit.but(outcome=outcome)), -0.49)
+    ended, delay, *_ = attention(step)
+    assert delay.startswith(
+        "the torque acts 980 µs ± 17 µs (0.49 rows) before it is recorded, as one that runs smoothly"
+    )
+    assert delay.endswith('state hold = "linear" in campaign.toml (or haptid init --hold linear)')
+    assert ended.startswith(outcome.value.partition(";")[0])
+    assert ended.endswith('; first state hold = "linear" in campaign.toml (or haptid init --hold linear)')
+    row = glance_table([step], Verification(runs=()), ()).rows[0]
+    assert row[5].startswith('State hold = "linear" in campaign.toml')
+
+
+@pytest.mark.parametrize(("rows", "hold"), [(-0.49, "linear"), (-0.7, "zero"), (0.49, "zero")])
+def test_another_delay_is_no_held_torque(rows, hold):
+    said = attention(held(POOR_STEP, rows, hold))
+    assert said[0] == Outcome.ABOVE_NOISE.value
+    assert said[1].startswith("the torque acts ")
+    assert not any("hold" in sentence for sentence in said)
+
+
+def test_the_delay_is_worth_a_second_look(page):
+    (told,) = [row[0] for row in page.table("Overview", heading="worth a second look").rows if "torque acts" in row[0]]
+    assert told.startswith("Joint 4: the torque acts 4.3 ms ± 370 µs (2.1 rows) before it is recorded: ")
 
 
 def test_a_plain_model_that_is_the_result_leaves_the_fit_without_errors():
