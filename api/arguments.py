@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from numbers import Integral
 from typing import Protocol
 
 from haptid.measurement.values.campaign import Campaign
@@ -63,6 +64,64 @@ class HoldsCampaign(Protocol):
     @property
     def values(self) -> Campaign:
         """The campaign as all packages take it."""
+
+
+def check_choice(argument: str, got: object, choices: Sequence[str]) -> None:
+    """Refuse a word that an argument does not take.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    got
+        What the caller gave.
+    choices
+        Words that it takes.
+
+    Raises
+    ------
+    InputError
+        Where ``got`` is none of them.
+    """
+    if got not in choices:
+        raise InputError(argument, expected=f"one of {', '.join(choices)}", got=repr(got), todo="name one of these")
+
+
+def joints_of(argument: str, given: int | Sequence[int] | None) -> tuple[int, ...] | None:
+    """Return the numbers of joints that the caller gave.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    given
+        A number, several, or None.
+
+    Returns
+    -------
+    tuple of int or None
+        In the order of the caller; None for None.
+
+    Raises
+    ------
+    InputError
+        Where something else was given, as the name of a joint.
+    """
+    if given is None:
+        return None
+    numbers = [given] if isinstance(given, Integral) else given
+    # A text is a sequence of letters, each of which would be taken for a joint.
+    if isinstance(numbers, str) or not isinstance(numbers, Iterable):
+        raise _no_joints(argument, given)
+    joints = list(numbers)
+    if not all(isinstance(joint, Integral) for joint in joints):
+        raise _no_joints(argument, given)
+    return tuple(int(joint) for joint in joints)
+
+
+def _no_joints(argument: str, given: object) -> InputError:
+    todo = "joints are named by the numbers of their columns, as 0 of torque_0_Nm"
+    return InputError(argument, expected="a number of a joint, or several as in (0, 1)", got=repr(given), todo=todo)
 
 
 def only_one(wanted: int | None, known: Sequence[int]) -> int:

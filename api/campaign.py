@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import pandas as pd
 
-from haptid.api.arguments import errors_name_arguments, listener_of
+from haptid.api.arguments import check_choice, errors_name_arguments, joints_of, listener_of
 from haptid.api.identified import Identified, complete, identify_values
 from haptid.api.missing import Missing, find_values
 from haptid.api.place import Place, lock_place
@@ -260,9 +260,11 @@ class Campaign:
         # Nobody sees the report of a temporary folder.
         drawings = Drawings(options.workers if folder is not None else 1)
         with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener, drawings:
+            if kind is not None:
+                check_choice("kind", kind, get_args(Kind))
             made = identify_values(
                 self.values, Place.of(folder), listener, drawings,
-                joints=None if joints is None else tuple(joints), kind=kind, options=options,
+                joints=joints_of("joints", joints), kind=kind, options=options,
                 scheduler=scheduler, made_by=f"{CALL}identify",
             )  # fmt: skip
             kept = not made.place.temporary
@@ -324,8 +326,10 @@ class Campaign:
         from haptid.api.posteriors import sample_values  # noqa: PLC0415 (its packages are that extra)
 
         with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener:
+            if kind is not None:
+                check_choice("kind", kind, get_args(Kind))
             return sample_values(
-                self.values, Place.of(folder), listener, joints=None if joints is None else tuple(joints), quick=quick,
+                self.values, Place.of(folder), listener, joints=joints_of("joints", joints), quick=quick,
                 sensitivity=sensitivity, kind=kind, seed=seed, workers=workers, scheduler=scheduler,
                 made_by=f"{CALL}posterior",
             )  # fmt: skip

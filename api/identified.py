@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import pandas as pd
 from matplotlib.axes import Axes
 
-from haptid.api.arguments import HoldsCampaign, errors_name_arguments, listener_of, only_one
+from haptid.api.arguments import HoldsCampaign, check_choice, errors_name_arguments, joints_of, listener_of, only_one
 from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
@@ -25,6 +26,7 @@ from haptid.identification.job.stored import stored_steps
 from haptid.identification.output.summary import tell_summary
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.outcome import tell_status
 from haptid.identification.sequence.carried_fit import FILE
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.step import Step
@@ -126,14 +128,19 @@ class Identified:
         Returns
         -------
         DataFrame
-            One row a configuration and parameter: value, standard deviation, unit, status (``identified``, ``fixed``,
-            ``prior``, ``unidentifiable``, ``at_bound``) and meaning.
+            One row a configuration and parameter: value, standard deviation, unit, status as it is told
+            (``identified``, ``uncertain`` where the model leaves more than the noise, ``fixed``, ``prior``,
+            ``unidentifiable``, ``at_bound``) and meaning. An unidentifiable value is one of many that fit as well: its
+            standard deviation is NaN.
         """
-        rows = [
-            {"configuration": name, "parameter": id, **{key: one.get(key) for key in PARAMETER}}
-            for name, entry in self._entries()
-            for id, one in entry["parameters"].items()
-        ]
+        rows = []
+        for name, entry in self._entries():
+            for id, one in entry["parameters"].items():
+                row = {"configuration": name, "parameter": id, **{key: one.get(key) for key in PARAMETER}}
+                if row["status"] == "unidentifiable":
+                    row["std"] = math.nan
+                row["status"] = tell_status(row["status"], entry.get("outcome", ""))
+                rows.append(row)
         return pd.DataFrame(rows).set_index(["configuration", "parameter"])
 
     def links(self) -> pd.DataFrame:
@@ -287,6 +294,7 @@ class Identified:
             Where values are none that a real device has.
         """
         with errors_name_arguments():
+            check_choice("kind", kind, get_args(Kind))
             packaged = package_result(
                 self.folder / FILE,
                 Path(path),
@@ -329,6 +337,8 @@ class Identified:
             Where the results are of single joints, or the device is none that such a file can hold.
         """
         with errors_name_arguments():
+            check_choice("form", form, get_args(Form))
+            check_choice("friction", friction, get_args(FrictionOf))
             device = None if self.values is None else device_of(self.values)
             return write_multibody(multibody_of_result(self.folder / FILE, device), Path(path), form, friction).losses
 
@@ -362,7 +372,7 @@ class Identified:
 
         with errors_name_arguments(), lock_place(self.place.lasting), listener_of(progress) as listener:
             return sample_values(
-                self._values("posterior"), self.place, listener, joints=None if joints is None else tuple(joints),
+                self._values("posterior"), self.place, listener, joints=joints_of("joints", joints),
                 quick=quick, seed=seed, workers=workers, made_by="haptid.Identified.posterior",
             )  # fmt: skip
 

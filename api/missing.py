@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pandas as pd
 from matplotlib.axes import Axes
 
-from haptid.api.arguments import errors_name_arguments, only_one
+from haptid.api.arguments import check_choice, errors_name_arguments, joints_of, only_one
 from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
@@ -413,14 +413,17 @@ def find_values(  # noqa: PLR0913 # one argument a choice
     InputError, NumericalError
         As `Campaign.find_missing`.
     """
+    joints = joints_of("joint", joint)
+    check_choice("kind", kind, get_args(Kind))
     values = in_first_postures(values)
     job = Job(
         campaign=values, entries=entries_without(without, own_effects), out=place.path, kind=kind, seed=seed,
         starts=starts, effort=effort, threads=workers,
     )  # fmt: skip
-    if joint is None or isinstance(joint, int):
-        return carry_out(prepare_alone(job, only_one(joint, values.joints)), place, listener)
-    return carry_out(prepare_together(job, tuple(sorted(joint))), place, listener)
+    if joints is None or not isinstance(joint, Iterable):
+        number = only_one(None if joints is None else joints[0], values.joints)
+        return carry_out(prepare_alone(job, number), place, listener)
+    return carry_out(prepare_together(job, tuple(sorted(joints))), place, listener)
 
 
 def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:

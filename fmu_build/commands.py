@@ -11,11 +11,11 @@ from haptid.support.command import exit_codes
 from haptid.support.declaration import call, command, json_option
 
 EXAMPLES_OF_EXPORT = """
-haptid export --from results/identification.json --out arm.fmu
+haptid export --from results --out arm.fmu
 haptid export --from results/identification.json --out arm.fmu --kind native --fmi 3.0
 haptid export --from results/identification.json --out arm.fmu --with results/discrepancy/joint3.json
-haptid export --from results/identification.json --out arm.xml --kind mjcf
-haptid export --from results/identification.json --out arm.urdf --kind urdf
+haptid export --from results/identification.json --out arm.xml
+haptid export --from results/identification.json --out arm.urdf
 """
 EXAMPLES_OF_FMUS = """
 haptid fmus freedom6s --out build
@@ -26,7 +26,10 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
 
 
 @command(EXAMPLES_OF_EXPORT, writes={})
-@click.option("--from", "source", type=click.Path(path_type=Path), required=True, help="An identification.json.")
+@click.option(
+    "--from", "source", type=click.Path(path_type=Path), required=True,
+    help="An identification.json, or the folder that holds it.",
+)  # fmt: skip
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -34,7 +37,8 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
     help="The file to write; an FMU's ends in .fmu.",
 )
 @click.option(
-    "--kind", type=click.Choice(["python", "native", "urdf", "mjcf"]), default="python", show_default=True,
+    "--kind", type=click.Choice(["python", "native", "urdf", "mjcf"]), default=None,
+    show_default="urdf for .urdf, mjcf for .xml, else python",
     help="An FMU, by pythonfmu or of native code; or the bodies of the device for simulators of rigid bodies.",
 )  # fmt: skip
 @click.option("--fmi", type=click.Choice(["2.0", "3.0"]), default="2.0", show_default=True, help="3.0: native alone.")

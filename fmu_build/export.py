@@ -48,6 +48,9 @@ from haptid.model.joint.whole_device import full_equations
 from haptid.support.command import parse_joints
 from haptid.support.errors import InputError
 
+FORMS: Mapping[str, Form] = {".urdf": "urdf", ".xml": "mjcf"}
+"""Format of a multibody file by the end of its name."""
+
 
 def export_full(
     device: Device,
@@ -236,6 +239,35 @@ def _effects_of(path: Path) -> str:
     return f"{path} has the verdict {data['verdict']!r}, and haptid missing wrote no FMU of the joint with effects"
 
 
+def _file_of_result(source: Path) -> Path:
+    """Return the file of a result, of which the folder may be named; refuse a finding, which goes to --with."""
+    if source.is_dir():
+        return source / "identification.json"
+    try:
+        read_discrepancy(source)
+    except InputError:  # whatever else is wrong with the file, its reader says
+        return source
+    todo = f"--with takes its effects along into the FMU of a whole device; {_effects_of(source)}"
+    raise InputError(str(source), expected="an identification.json", got="a finding of haptid missing", todo=todo)
+
+
+def _kind_for(out: Path, stated: Kind | Form | None) -> Kind | Form:
+    """Return the kind of file that was asked for: stated, or by the file's name."""
+    by_name = FORMS.get(out.suffix.lower())
+    if stated is None:
+        return by_name or "python"
+    is_fmu = stated not in FORMS.values()
+    if is_fmu and by_name is not None:
+        got, todo = f"--kind {stated}", f"--kind {by_name}, or a name that ends in .fmu"
+        raise InputError(
+            str(out), expected=f"--kind {by_name} for a name that ends in {out.suffix}", got=got, todo=todo
+        )
+    if not is_fmu and out.suffix == ".fmu":
+        got, todo = f"--kind {stated}", "leave --kind away, or name a file that ends in .urdf or .xml"
+        raise InputError(str(out), expected="--kind python or native for a name that ends in .fmu", got=got, todo=todo)
+    return stated
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Packaged:
     """A result that was packaged as an FMU.
@@ -298,9 +330,8 @@ def package_result(  # noqa: PLR0913 # one argument an option
         end in ``.fmu``.
     """
     if out.suffix != ".fmu":  # hosts know an FMU by its name
-        raise InputError(
-            str(out), expected="a name that ends in .fmu", got=repr(out.name), todo=f"as in {out.stem}.fmu"
-        )
+        todo = f"as in {out.stem}.fmu; a URDF ends in .urdf, an MJCF in .xml"
+        raise InputError(str(out), expected="a name that ends in .fmu", got=repr(out.name), todo=todo)
     data = read_identification(source)
     if data["device"] == SINGLE or joints:
         if named:
@@ -328,7 +359,7 @@ def package_result(  # noqa: PLR0913 # one argument an option
 def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     source: Path,
     out: Path,
-    kind: Kind | Form,
+    kind: Kind | Form | None,
     fmi: str,
     joints: str | None,
     named: tuple[Path, ...],
@@ -342,11 +373,11 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     Parameters
     ----------
     source
-        File identification.json.
+        File identification.json, or the folder that holds it.
     out
         File to write.
     kind
-        Packaging of the FMU, or format of a multibody file.
+        Packaging of the FMU, or format of a multibody file; None to go by the name of ``out``.
     fmi
         Version of FMI, ``2.0`` or ``3.0``.
     joints
@@ -374,6 +405,7 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     NumericalError
         Where the compiler fails.
     """
+    source, kind = _file_of_result(source), _kind_for(out, kind)
     if kind == "urdf" or kind == "mjcf":  # noqa: PLR1714 # mypy narrows a comparison, not a set
         _refuse_for_bodies({"--joints": joints, "--with": named, "--effects": effects, "--fmi 3.0": fmi == "3.0"}, kind)
         return _export_bodies(source, out, kind, friction, start, device)

@@ -92,6 +92,9 @@ class Thresholds:
     """Number of delays whose cost is compared before the best is refined [1]."""
     least_delay_in_standard_errors: float = 3.0
     """Least delay in its standard errors [1], as for the amplitude of an effect."""
+    largest_distance_from_half_a_row: float = 0.1
+    """Largest distance in rows [1] of a delay from −0.5 at which the torque counts as one that runs linearly between
+    rows and was held: each held row stands for a time half a row later."""
     least_gain_of_delay_in_standard_errors: float = 1.0
     """Least decrease of the energy of held-out blocks in its standard errors over the blocks [1], as for an effect."""
     presliding_of_plain_model_over_travel: float = 3e-4

@@ -138,7 +138,7 @@ def _wrote_anything() -> str:
 
 
 def word_command(verb: str, module: str) -> str:
-    """Return a command in the form in which the user called this one.
+    """Return a command in the form in which the user called this one; a Python program may have no clone.
 
     Parameters
     ----------
@@ -150,11 +150,13 @@ def word_command(verb: str, module: str) -> str:
     Returns
     -------
     str
-        ``haptid check`` within a call of ``haptid``, else ``python -m measurement.check``.
+        ``haptid check`` within a call of ``haptid`` or of the API, ``python -m measurement.check`` within one of a
+        module.
     """
     context = click.get_current_context(silent=True)
-    by_name = context is not None and context.parent is not None and context.find_root().info_name == "haptid"
-    return f"haptid {verb}" if by_name else f"python -m {module}"
+    if context is None or (context.parent is not None and context.find_root().info_name == "haptid"):
+        return f"haptid {verb}"
+    return f"python -m {module}"
 
 
 def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] | None:

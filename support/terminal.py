@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sized
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TextIO, TypeVar
@@ -38,7 +39,8 @@ LEAST_KNOWN_SHARE = 0.02
 STYLES = {
     "OK": "green", "converged": "green", "identified": "green", "nothing_missing": "green", "named": "cyan",
     "absent": "dim", "fixed": "dim", "prior": "yellow", "partly_named": "yellow", "ambiguous": "yellow",
-    "unidentifiable": "yellow", "unlisted": "red", "at_bound": "red", "diverged": "red", "PROBLEM": "bold red",
+    "unidentifiable": "yellow", "uncertain": "yellow", "unlisted": "red", "at_bound": "red", "diverged": "red",
+    "PROBLEM": "bold red",
 }  # fmt: skip
 """Colour of a cell that holds exactly this word; the word itself says the same without colours."""
 
@@ -168,6 +170,7 @@ class Display:
     now: Callable[[], float] = time.monotonic
     _began: float | None = None
     _first: tuple[float, float] = (0.0, 0.0)
+    _passed: deque[tuple[float, float]] = field(default_factory=deque)
     _shown: State | None = None
     _line_at: float = -float("inf")
     _line: str = ""
@@ -188,6 +191,9 @@ class Display:
             self._began = self.now()
         if before is None or before.total != total or before.done > done:
             self._first = (self.now(), done)  # a new count: its end is foretold from its own pace
+            self._passed = deque([self._first])
+        elif before.done < done:
+            self._passed.append((self.now(), done))
         self._shown = state
         if is_terminal(sys.stderr):
             self._draw(state)
@@ -214,7 +220,19 @@ class Display:
         gained = state.done - first
         if gained < LEAST_KNOWN_SHARE * state.total or state.done >= state.total:
             return None
-        return (now - began) * (state.total - state.done) / gained
+        rest = state.total - state.done
+        # Some work is slower at its end, as starts that none excludes any more: the pace of the later half tells, too,
+        # but nothing tells an end that is further off than what has passed.
+        return max((now - began) * rest / gained, min(self._time_left_as_lately(now, rest), now - began))
+
+    def _time_left_as_lately(self, now: float, rest: float) -> float:
+        """Return the time [s] that ``rest`` takes at the pace of the later half of the present count."""
+        half, passed = 0.5 * (now + self._first[0]), self._passed  # a new count in another thread makes a new queue
+        while len(passed) > 1 and passed[1][0] <= half:
+            passed.popleft()
+        since, before = passed[0]
+        gained = 0.0 if self._shown is None else self._shown.done - before
+        return (now - since) * rest / gained if gained > 0.0 else float("inf")
 
     def close(self) -> None:
         """Take the bar away, where there is one."""

@@ -22,7 +22,7 @@ class Provenance:
     std
         Standard deviation in the parameter's unit; None where unknown.
     status
-        Status as a report has it, ``first guess`` or ``fixed``.
+        Status as a report tells it, ``first guess`` or ``fixed``.
     """
 
     source: str

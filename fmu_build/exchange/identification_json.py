@@ -281,10 +281,10 @@ def words_of_campaign(data: Mapping[str, Any]) -> str:
 
 
 def _of(parameters: Mapping[str, Any], test: str, campaign: str) -> Identified:
-    origins: dict[str, Provenance | str] = {
-        id: Provenance(source=f"{test}, {campaign}", std=entry.get("std"), status=entry.get("status", ""))
-        for id, entry in parameters.items()
-    }
+    origins: dict[str, Provenance | str] = {}
+    for id, entry in parameters.items():
+        told = entry.get("told_status", entry.get("status", ""))  # results of earlier versions have the status alone
+        origins[id] = Provenance(source=f"{test}, {campaign}", std=entry.get("std"), status=told)
     return Identified(
         values={id: float(entry["value"]) for id, entry in parameters.items()},
         provenance=origins,

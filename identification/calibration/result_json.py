@@ -66,7 +66,7 @@ def _configuration(calibration: Calibration) -> dict[str, Any]:
     names = [q.structured for q in fit.equations.parameters]
     return {
         "parameters": {
-            q.structured: parameter_json(q, value, std, fit.statuses[q.id])
+            q.structured: parameter_json(q, value, std, fit.statuses[q.id], fit.outcome)
             for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
         },
         "outputs": {

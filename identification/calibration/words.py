@@ -7,7 +7,7 @@ import numpy as np
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.remarks import remarks_on
 from haptid.identification.calibration.simulator import ForeignSimulator
-from haptid.identification.result.outcome import Outcome
+from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 from haptid.support.tables import Table, Told
 
@@ -70,10 +70,11 @@ def parameter_rows(calibration: Calibration) -> list[tuple[str, ...]]:
         Name, value, standard deviation (empty where it is 0), unit and status.
     """
     fit = calibration.fit
-    return [
-        (q.structured, f"{value:.6g}", f"{std:.2g}" if std else "", q.unit, fit.statuses[q.id])
-        for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
-    ]
+    rows: list[tuple[str, ...]] = []
+    for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True):
+        told = tell_status(fit.statuses[q.id], fit.outcome.label)
+        rows.append((q.structured, f"{value:.6g}", f"{std:.2g}" if std else "", q.unit, told))
+    return rows
 
 
 def run_rows(calibration: Calibration) -> list[tuple[str, ...]]:

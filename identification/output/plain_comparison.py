@@ -63,6 +63,29 @@ def tell_comparison(step: Step) -> str | None:
     )
 
 
+LINEAR_HOLD = 'hold = "linear" in campaign.toml (or haptid init --hold linear)'
+"""What to state where the torque runs linearly between its rows."""
+
+
+def seems_held_by_mistake(step: Step) -> bool:
+    """Say whether a torque that is held between rows acts half a row early, as one does that runs linearly there.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    bool
+        False also where no delay earned its place.
+    """
+    if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
+        return False
+    held = all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
+    return held and abs(step.compared.baseline.delay.rows + 0.5) <= THRESHOLDS.largest_distance_from_half_a_row
+
+
 def tell_delay(step: Step) -> str | None:
     """Tell the delay between torque and motion, where one earned its place.
 
@@ -74,20 +97,20 @@ def tell_delay(step: Step) -> str | None:
     Returns
     -------
     str or None
-        As ``the torque acts 2.1 ± 0.3 ms (1.05 rows) after it is recorded``, and whether the fit has it; None without a
-        delay.
+        As ``the torque acts 2.1 ± 0.3 ms (1.05 rows) after it is recorded``, and whether the fit has it, or what to
+        state where it is that of a torque that runs linearly between rows; None without a delay.
     """
     if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
         return None
     delay = step.compared.baseline.delay
     late = "after" if delay.value > 0 else "before"
     size, rows = with_prefix(abs(delay.value), "s", 2), plain(abs(delay.rows))
+    acts = f"the torque acts {size} ± {with_prefix(delay.std, 's', 2)} ({rows} rows) {late} it is recorded"
+    if seems_held_by_mistake(step):
+        return f'{acts}, as one that runs smoothly between rows does where hold = "zero" holds it: state {LINEAR_HOLD}'
     has = step.torque_scored or step.fit.outcome is Outcome.PLAIN
     told = "fit and plain model have this delay" if has else "the plain model has this delay, the fit has none"
-    return (
-        f"the torque acts {size} ± {with_prefix(delay.std, 's', 2)} ({rows} rows) {late} it is recorded: {told}; "
-        f"an exported FMU wants the torque at the time at which it acts"
-    )
+    return f"{acts}: {told}; an exported FMU wants the torque at the time at which it acts"
 
 
 def _percentages(figures: list[Figures]) -> str:

@@ -11,9 +11,15 @@ from typing import Any
 import numpy as np
 
 from haptid.identification.fit.zeros_fit import encoder_zeros
-from haptid.identification.output.plain_comparison import tell_comparison, tell_delay, tell_over_noise
+from haptid.identification.output.plain_comparison import (
+    LINEAR_HOLD,
+    seems_held_by_mistake,
+    tell_comparison,
+    tell_delay,
+    tell_over_noise,
+)
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT
+from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT, UNCERTAIN, tell_status
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain
@@ -64,12 +70,12 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
         A row a parameter, with cells in the order of `PARAMETER_HEADER`; no number for one that the runs do not tell,
         and ``uncertain`` in place of ``identified`` where the model does not fit.
     """
-    fit, uncertain = step.fit, set(uncertain_ids(step))
+    fit = step.fit
     rows: list[tuple[str, ...]] = []
     for quantity, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True):
         status = fit.statuses[quantity.id]
         told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
-        rows.append((quantity.id, *told, quantity.unit, "uncertain" if quantity.id in uncertain else status))
+        rows.append((quantity.id, *told, quantity.unit, tell_status(status, fit.outcome.label)))
     return rows
 
 
@@ -91,10 +97,7 @@ def worst_score(step: Step) -> RunScore | None:
 
 
 def uncertain_ids(step: Step) -> list[str]:
-    """List the parameters that the data determine, but in a model that does not fit.
-
-    The status of such a parameter is ``identified``, by a standard deviation that the jackknife widened. What the model
-    lacks may still have moved the value further: a cubic spring that it lacks turns gravity to the other sign.
+    """List the parameters that the data determine, but in a model that does not fit, as `tell_status` tells.
 
     Parameters
     ----------
@@ -106,9 +109,8 @@ def uncertain_ids(step: Step) -> list[str]:
     list of str
         Empty where the residual is at the noise, and where another outcome says how the fit was made.
     """
-    if step.fit.outcome not in MODEL_DOES_NOT_FIT:
-        return []
-    return [id for id, status in step.fit.statuses.items() if status == "identified"]
+    fit = step.fit
+    return [id for id, status in fit.statuses.items() if tell_status(status, fit.outcome.label) == UNCERTAIN]
 
 
 def tell_uncertain(step: Step) -> str:
@@ -169,8 +171,9 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
     if len(steps) == 1:  # of several joints the table would be longer than a screen; the report has it
         told.append(Table(header=PARAMETER_HEADER, rows=parameter_rows(steps[0]), ruled=True))
     for step in steps:
-        sentences = [tell_comparison(step), tell_delay(step), *attention(step)]
-        told += [f"{step.configuration.name}: {sentence}" for sentence in sentences if sentence is not None]
+        compared = tell_comparison(step)
+        sentences = [*([] if compared is None else [compared]), *attention(step)]
+        told += [f"{step.configuration.name}: {sentence}" for sentence in sentences]
     runs = verification.get("runs", [])
     if runs:
         told.append(
@@ -188,6 +191,25 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
         numbers = [f"joint {one['joint']}" for one in runs[0]["joints"]]
         told.append(Table(header=("run", "simulated in", *numbers), rows=rows, ruled=True))
     return told
+
+
+def tell_outcome(step: Step) -> str:
+    """Say how the fit ended; where the torque seems to be held by mistake, this takes the place of the usual remedies.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    str
+        Without a full stop.
+    """
+    outcome = step.fit.outcome
+    if outcome not in MODEL_DOES_NOT_FIT or not seems_held_by_mistake(step):
+        return outcome.value
+    return f"{outcome.value.partition(';')[0]}; first state {LINEAR_HOLD}"
 
 
 def _whole(joint: Mapping[str, Any]) -> str:
@@ -208,10 +230,13 @@ def attention(step: Step) -> list[str]:
     Returns
     -------
     list of str
-        Sentences on outcome, parameters at bounds, unidentifiable ones, contradictions and missing excitation.
+        Sentences on outcome, delay of the torque, parameters at bounds, unidentifiable ones, contradictions and
+        missing excitation.
     """
     fit = step.fit
-    said = [] if fit.outcome.label == "converged" else [fit.outcome.value]
+    delay = tell_delay(step)
+    said = [] if fit.outcome.label == "converged" else [tell_outcome(step)]
+    said += [] if delay is None else [delay]
     for status, words in (
         ("at_bound", "at a bound"),
         ("unidentifiable", "not identifiable from these runs"),

@@ -68,6 +68,30 @@ class Outcome(Enum):
 
 MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
 """Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
+UNCERTAIN = "uncertain"
+"""Word that is told for such a value, in place of ``identified``."""
+
+
+def tell_status(status: str, outcome: str) -> str:
+    """Return the word under which terminal, report, API and FMUs tell a parameter.
+
+    The status of such a parameter is ``identified``, by a standard deviation that the jackknife widened. What the model
+    lacks may still have moved the value further: a cubic spring that it lacks turns gravity to the other sign.
+
+    Parameters
+    ----------
+    status
+        Status of the parameter in the fit.
+    outcome
+        Label of the fit's outcome.
+
+    Returns
+    -------
+    str
+        `UNCERTAIN` for an identified parameter of a model that does not fit, else ``status``.
+    """
+    unfit = status == "identified" and outcome in [one.label for one in MODEL_DOES_NOT_FIT]
+    return UNCERTAIN if unfit else status
 
 
 def outcome_of(

@@ -12,7 +12,7 @@ import numpy as np
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
-from haptid.identification.result.outcome import Outcome
+from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.model.equations.equations import Equations
@@ -39,7 +39,7 @@ def step_json(step: Step) -> dict[str, Any]:
     fit = step.fit
     std = fit.std
     parameters = {
-        q.id: parameter_json(q, v, s, fit.statuses[q.id]) | _profile_json(fit.profiles.get(q.id))
+        q.id: parameter_json(q, v, s, fit.statuses[q.id], fit.outcome) | _profile_json(fit.profiles.get(q.id))
         for q, v, s in zip(fit.equations.parameters, fit.theta, std, strict=True)
     }
     sigma = np.mean(np.concatenate([np.atleast_1d(s) for s in fit.sigma.values()]))
@@ -108,7 +108,7 @@ def _zeros_json(fit: Fit) -> dict[str, Any] | None:
     return {"prior_std": spread, "runs": {file: zero.tolist() for file, zero in zeros.items()}}
 
 
-def parameter_json(quantity: Quantity, value: float, std: float, status: str) -> dict[str, Any]:
+def parameter_json(quantity: Quantity, value: float, std: float, status: str, outcome: Outcome) -> dict[str, Any]:
     """Convert an estimate to its entry of ``parameters``.
 
     Parameters
@@ -119,17 +119,20 @@ def parameter_json(quantity: Quantity, value: float, std: float, status: str) ->
         Estimate and its standard deviation, in the parameter's unit.
     status
         Status that the fit gives it.
+    outcome
+        How the fit ended.
 
     Returns
     -------
     dict
-        JSON data; bounds that are not finite are None.
+        JSON data; bounds that are not finite are None, and ``told_status`` is the word of `tell_status`.
     """
     return {
         "value": float(value),
         "std": float(std),
         "unit": quantity.unit,
         "status": status,
+        "told_status": tell_status(status, outcome.label),
         "description": quantity.description,
         "lower": finite(quantity.lower),
         "upper": finite(quantity.upper),

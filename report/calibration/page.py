@@ -13,7 +13,7 @@ from haptid.identification.calibration.words import RUNS, attention, run_rows, s
 from haptid.measurement.values.run import Run
 from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
+from haptid.report.common.page import Cell, Page, Picture, Section, Table, status_cell
 from haptid.report.common.style import BAND, RESIDUAL, figure, style
 from haptid.report.common.words import word_of
 from haptid.report.identification.figures import draw_over
@@ -96,7 +96,7 @@ def _parameters(calibration: Calibration) -> tuple[Table, ...]:
             q.structured,
             f"{value:.6g}" if q.fixed else with_error(value, std),
             q.unit,
-            word_cell("status", fit.statuses[q.id]),
+            status_cell(fit.statuses[q.id], fit.outcome.label),
             f"{q.initial:.4g}",
             "" if q.fixed else f"[{q.lower:.4g}, {q.upper:.4g}]",
             q.description,

@@ -13,6 +13,7 @@ import jinja2
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
+from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.report.common.style import inks_css
 from haptid.report.common.words import WORDS, Word, word_of
 
@@ -67,6 +68,25 @@ def word_cell(group: str, word: str) -> Cell:
     """
     key = f"{group}-{word}"
     return Cell(text=word, word=key if key in WORDS else "")
+
+
+def status_cell(status: str, outcome: str) -> Cell:
+    """Return the cell of a parameter's status.
+
+    Parameters
+    ----------
+    status
+        Status of the parameter in the fit.
+    outcome
+        Label of the fit's outcome.
+
+    Returns
+    -------
+    Cell
+        With the word that terminal, API and FMUs tell, too.
+    """
+    told = tell_status(status, outcome)
+    return word_cell("unfit" if told == UNCERTAIN else "status", told)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

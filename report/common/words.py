@@ -133,7 +133,7 @@ UNFIT = _group(
         "uncertain", "look",
         "Parts of the motion agree on the value, but the model leaves more than the noise: what it lacks may have "
         "moved the value by far more than the standard deviation beside it.",
-        "Do not take it for the machine's value: run haptid missing, which finds what the model lacks.",
+        "Do not take it for the machine's value: find what the model lacks (of a joint, haptid missing does).",
     ),
 )  # fmt: skip
 WHOLE = _group(

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Cell, Page, Section, Table, word_cell
+from haptid.report.common.page import Page, Section, Table, status_cell
 from haptid.support.errors import InputError
 
 NO_PICTURES = "Written from the JSON alone: the command that made it writes the page with pictures."
@@ -58,7 +57,7 @@ def _content_of(data: Mapping[str, Any]) -> tuple[str, str, list[Section]]:
 def _configuration(entry: Mapping[str, Any]) -> Section:
     joints = entry.get("free_joints", [])
     parameters = [
-        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), _status(p["status"], entry.get("outcome", "")))
+        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), status_cell(p["status"], entry.get("outcome", "")))
         for id, p in entry["parameters"].items()
     ]
     runs = [(run["file"], run["use"], _score(run["rmse_over_noise"])) for run in entry["runs"]]
@@ -70,12 +69,6 @@ def _configuration(entry: Mapping[str, Any]) -> Section:
             Table(header=("run", "use", "RMS × noise"), rows=runs),
         ],
     )
-
-
-def _status(status: str, outcome: str) -> Cell:
-    """Return the status of a parameter; that of a model that does not fit is no ``identified``."""
-    unfit = status == "identified" and outcome in [one.label for one in MODEL_DOES_NOT_FIT]
-    return word_cell("unfit", "uncertain") if unfit else word_cell("status", status)
 
 
 def _posterior(entry: Mapping[str, Any]) -> Section:

@@ -14,6 +14,7 @@ from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
 from haptid.identification.output.summary import (
     attention,
     residual_unit,
+    tell_outcome,
     tell_uncertain,
     uncertain_ids,
     worst_score,
@@ -91,7 +92,7 @@ def configuration_sections(step: Step, traces: Sequence[Trace], prediction: Pred
 
 def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
     fit = step.fit
-    said = [f"Outcome: {fit.outcome.value}.", *attention(step)[(fit.outcome.label != "converged") :], *fit.notes]
+    said = [f"Outcome: {tell_outcome(step)}.", *attention(step)[(fit.outcome.label != "converged") :], *fit.notes]
     return Section(
         title=step.configuration.name.capitalize(),
         anchor=step.configuration.anchor,

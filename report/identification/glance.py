@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from haptid.identification.output.plain_comparison import LINEAR_HOLD, seems_held_by_mistake
 from haptid.identification.output.summary import residual_unit, worst_score
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
@@ -67,7 +68,9 @@ def _step_row(step: Step, files: Sequence[str]) -> tuple[str | Cell, ...]:
 
 
 def _next_action(step: Step, word: Word) -> str:
-    """Say what to do: after a fit at the noise, what is open in its parameters."""
+    """Say what to do: first of all mend a held torque; after a fit at the noise, what is open in its parameters."""
+    if word.level != "good" and seems_held_by_mistake(step):
+        return f"State {LINEAR_HOLD} and fit again: the torque acts half a row before it is recorded."
     for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
         ids = [id for id, one in step.fit.statuses.items() if one == status]
         if ids:

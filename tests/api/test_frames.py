@@ -235,6 +235,36 @@ def test_a_wrong_argument_is_named(frames, arguments, told):
     assert "--" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (
+            lambda c: c.find_missing("elbow"),
+            "joint: expected a number of a joint, or several as in (0, 1), got 'elbow'",
+        ),
+        (lambda c: c.find_missing(["elbow"]), "joint: expected a number of a joint"),
+        (lambda c: c.find_missing(0.5), "joint: expected a number of a joint"),
+        (lambda c: c.find_missing(np.int64(3)), "joint: expected one of the joints 0, got 3"),
+        (lambda c: c.find_missing(kind="foo"), "kind: expected one of python, native, native3, got 'foo'"),
+        (lambda c: c.identify(joints="elbow"), "joints: expected a number of a joint"),
+        (lambda c: c.identify(joints=7), "joints: expected"),
+        (lambda c: c.identify(kind="foo"), "kind: expected one of python, native, native3, got 'foo'"),
+    ],
+)
+def test_a_wrong_joint_or_kind_is_named_before_any_work(frames, call, told):
+    """A text was taken for its letters, each a joint, and an unknown kind ended in a KeyError."""
+    with pytest.raises(InputError) as caught:
+        call(Campaign.from_frames(frames))
+    assert str(caught.value).startswith(told)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_folder_of_tables_names_the_command_that_an_installation_has(tmp_path):
+    (tmp_path / "a.csv").write_text("time_s\n")
+    with pytest.raises(InputError, match=r"; make it with haptid init .* --out NEW_FOLDER$"):
+        Campaign.read(tmp_path)
+
+
 def test_unknown_columns_are_kept_with_a_python_warning(frames):
     strange = {**frames, "a": frames["a"].assign(mood=1.0)}
     with pytest.warns(CampaignWarning, match="columns that the format does not know are kept and not used: mood"):

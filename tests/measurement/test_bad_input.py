@@ -88,7 +88,7 @@ def test_missing_folder(tmp_path):
 
 def test_missing_campaign_toml(folder):
     folder.toml.unlink()
-    fault(folder, r"campaign\.toml: .*got no such file; make it with python -m measurement\.new")
+    fault(folder, r"campaign\.toml: .*got no such file; make it with haptid init")
 
 
 def test_joint_beyond_the_device(folder):

@@ -14,12 +14,14 @@ from haptid.identification.baseline.figures import Figures
 from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.calibration.calibrate import Calibration
+from haptid.identification.calibration.words import parameter_rows as variable_rows
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.output.summary import attention, parameter_rows
 from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.result_json import parameter_json
 from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.signals.filtered_motion import state_width
@@ -27,6 +29,7 @@ from haptid.report.calibration.page import calibration_page
 from haptid.report.common.page import Page
 from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
 from haptid.report.identification.friction_figures import friction_figure
+from haptid.report.identification.glance import glance_table
 from haptid.report.identification.page import Beside, identification_page
 from tests.report.known import T, known_equations, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
@@ -228,6 +231,13 @@ def test_no_value_of_a_model_above_the_noise_is_told_as_identified(page):
     assert not any("uncertain" in sentence for sentence in attention(STEP))
 
 
+def test_the_file_has_the_status_and_the_word_that_is_told():
+    for step, told in ((STEP, "identified"), (POOR_STEP, "uncertain")):
+        quantity = step.fit.equations.parameter("inertia")
+        entry = parameter_json(quantity, 1e-4, 1e-6, step.fit.statuses["inertia"], step.fit.outcome)
+        assert (entry["status"], entry["told_status"]) == ("identified", told)
+
+
 def test_profiles_and_combinations_have_their_ends_and_errors(page):
     assert page.table("Joint 4", "95 % intervals").rows == [
         ["parameter", "from", "to", "value ± 1.96 std", "unit"],
@@ -280,6 +290,44 @@ def test_the_delay_of_the_torque_has_its_size_error_rows_and_sign(page):
     (told,) = [text for text in page.paragraphs if "The torque acts" in text]
     assert told.startswith("The torque acts 4.3 ms ± 370 µs (2.1 rows) before it is recorded")
     assert "the plain model has this delay, the fit has none" in told
+
+
+def held(step: Step, rows: float, hold: str = "zero") -> Step:
+    """Return a step whose torque acts at another time than it was recorded."""
+    delay = Delay(value=rows * 2e-3, std=1.7e-5, rows=rows, held_out_gain=0.2)
+    baseline = SimpleNamespace(**{**vars(BASELINE), "delay": delay})
+    runs = tuple(run.but(hold=hold) for run in step.configuration.runs)
+    return replace(
+        step, configuration=replace(step.configuration, runs=runs), compared=replace(COMPARED, baseline=baseline)
+    )
+
+
+@pytest.mark.parametrize("outcome", [Outcome.LONELY, Outcome.ABOVE_NOISE])
+def test_a_torque_that_acts_half_a_row_early_was_held_by_mistake(outcome):
+    """Columns, units and more starts were what to look at, beside a delay of half a row."""
+    step = held(replace(POOR_STEP, fit=POOR_STEP.fit.but(outcome=outcome)), -0.49)
+    ended, delay, *_ = attention(step)
+    assert delay.startswith(
+        "the torque acts 980 µs ± 17 µs (0.49 rows) before it is recorded, as one that runs smoothly"
+    )
+    assert delay.endswith('state hold = "linear" in campaign.toml (or haptid init --hold linear)')
+    assert ended.startswith(outcome.value.partition(";")[0])
+    assert ended.endswith('; first state hold = "linear" in campaign.toml (or haptid init --hold linear)')
+    row = glance_table([step], Verification(runs=()), ()).rows[0]
+    assert row[5].startswith('State hold = "linear" in campaign.toml')
+
+
+@pytest.mark.parametrize(("rows", "hold"), [(-0.49, "linear"), (-0.7, "zero"), (0.49, "zero")])
+def test_another_delay_is_no_held_torque(rows, hold):
+    said = attention(held(POOR_STEP, rows, hold))
+    assert said[0] == Outcome.ABOVE_NOISE.value
+    assert said[1].startswith("the torque acts ")
+    assert not any("hold" in sentence for sentence in said)
+
+
+def test_the_delay_is_worth_a_second_look(page):
+    (told,) = [row[0] for row in page.table("Overview", heading="worth a second look").rows if "torque acts" in row[0]]
+    assert told.startswith("Joint 4: the torque acts 4.3 ms ± 370 µs (2.1 rows) before it is recorded: ")
 
 
 def test_a_plain_model_that_is_the_result_leaves_the_fit_without_errors():
@@ -416,6 +464,12 @@ def test_a_calibrated_variable_has_its_value_its_error_its_guess_and_its_bounds(
     assert [row["value ± std"], row["bounds"]] == ["1.25", ""]
     combinations = calibrated.table("Parameters", heading="combination")
     assert combinations.rows[1:] == [["1·spring.Ks + -0.37·mechanics.inertia", "0.0432 ± 0.0019"]]
+
+
+def test_a_value_of_an_fmu_that_does_not_fit_is_uncertain():
+    poor = replace(CALIBRATION, fit=FIT.but(outcome=Outcome.ABOVE_NOISE))
+    told = render(calibration_page, poor, DATA).table("Parameters", heading="variable").column("status")
+    assert told == [row[-1] for row in variable_rows(poor)] == ["uncertain", "prior", "fixed"]
 
 
 def test_a_calibration_has_the_scores_of_its_runs_and_minima(calibrated):

@@ -65,6 +65,31 @@ def test_work_that_was_done_before_is_no_measure_of_what_is_left():
     assert display.times() == "0:10, about 0:10 left"
 
 
+def test_an_end_that_slows_down_is_foretold_from_the_later_half():
+    """Four seconds were left for two minutes: the first starts are quick, the last ones are not."""
+    clock = Clock()
+    display = Display(now=clock)
+    display.show("joint 0", 0, 100)
+    for done in range(1, 80):  # 79 % in 26 s
+        clock.now += 1.0 / 3.0
+        display.show("joint 0", done, 100)
+    for done in range(80, 98):  # a per cent in 6 s
+        clock.now += 6.0
+        display.show("joint 0", done, 100)
+    assert display.times() == "2:14, about 0:18 left"
+
+
+def test_an_end_that_does_not_come_moves_away():
+    clock = Clock()
+    display = Display(now=clock)
+    display.show("joint 0", 0, 100)
+    clock.now += 10.0
+    display.show("joint 0", 90, 100)
+    assert display.times() == "0:10, about 0:01 left"
+    clock.now += 50.0
+    assert display.times() == "1:00, about 1:00 left"
+
+
 def test_quiet_says_nothing(capsys: pytest.CaptureFixture[str]):
     Display(quiet=True).show("joint 4", 1, 2)
     assert capsys.readouterr().err == ""

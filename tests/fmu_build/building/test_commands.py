@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -88,6 +89,35 @@ def test_export_puts_the_identified_values_into_the_whole_device(kind, source, t
     p[ids.index("Ks_4")], p[ids.index("link6_m")] = 0.0123, 0.11
     got = Client(out).start().go().run(e, t, torques(e, t))
     np.testing.assert_array_equal(got, kernel("freedom6s").simulate(t, torques(e, t), p, np.zeros(18)))
+
+
+@pytest.mark.usefixtures("source")
+def test_the_folder_of_a_result_stands_for_its_file(tmp_path):
+    out = tmp_path / "joint.fmu"
+    done = CliRunner().invoke(export, ["--from", str(tmp_path), "--out", str(out), "--joints", "4"])
+    assert done.exit_code == 0, done.output
+    assert out.exists()
+    (tmp_path / "empty").mkdir()
+    done = CliRunner().invoke(export, ["--from", str(tmp_path / "empty"), "--out", str(out)])
+    assert f"{Path('empty', 'identification.json')}: expected an identification.json that can be read" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["arm.urdf", "arm.xml"])
+def test_the_name_says_that_bodies_are_wanted(name, source, tmp_path):
+    """It was refused as a name of no FMU, without a word on --kind."""
+    out = tmp_path / name
+    done = CliRunner().invoke(export, ["--from", str(source), "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert ("<robot" if name == "arm.urdf" else "<mujoco") in out.read_text()
+    done = CliRunner().invoke(export, ["--from", str(source), "--out", str(out), "--kind", "native"])
+    assert done.exit_code == 2
+    assert f"--kind {'urdf' if name == 'arm.urdf' else 'mjcf'}, or a name that ends in .fmu" in done.stderr
+
+
+def test_bodies_are_not_written_into_a_file_that_is_named_as_an_fmu(source, tmp_path):
+    done = CliRunner().invoke(export, ["--from", str(source), "--out", str(tmp_path / "x.fmu"), "--kind", "urdf"])
+    assert done.exit_code == 2
+    assert "expected --kind python or native for a name that ends in .fmu, got --kind urdf" in done.stderr
 
 
 def test_export_in_fmi_3(source, tmp_path):

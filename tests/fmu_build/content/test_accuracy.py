@@ -105,6 +105,15 @@ def test_all_files_are_there_with_the_numbers_of_the_results(tmp_path: Path):
     assert json_of(path, "digests.json")["data"] == {"4": "0123"}
 
 
+def test_a_value_of_a_model_that_does_not_fit_is_told_as_uncertain(tmp_path: Path):
+    data = results(tmp_path)
+    data["configurations"][0]["parameters"]["Ks"]["told_status"] = "uncertain"
+    path = export_joint(data, 4, tmp_path / "x.fmu", "native", folder=tmp_path).path
+    stem = {row["name"].rpartition(".")[2]: row["status"] for row in table_of(path, "parameters.csv")}
+    assert (stem["Ks"], stem["Fc"]) == ("uncertain", "identified")
+    assert page_of(path).count("<td>uncertain</td>") == 1
+
+
 def test_the_verification_is_by_run_and_way_of_comparison(tmp_path: Path):
     path = export_joint(results(tmp_path), 4, tmp_path / "x.fmu", "native", folder=tmp_path).path
     (joint,) = json_of(path, "verification.json")["joints"]

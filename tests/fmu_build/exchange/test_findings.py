@@ -179,3 +179,12 @@ def test_bounds_without_their_scale_hold_the_value_and_its_sign():
     assert by_joint([found]) == {4: found.effects}
     with pytest.raises(InputError, match="one finding per joint"):
         by_joint([found, found])
+
+
+def test_a_finding_in_place_of_the_result_names_the_option_that_takes_it(tmp_path: Path):
+    found = tmp_path / "joint4.json"
+    found.write_text(json.dumps(finding({"cogging": COGGING}) | {"fmu": "fmu/joint4_cogging.fmu"}))
+    result = CliRunner().invoke(export, ["--from", str(found), "--out", str(tmp_path / "x.fmu")])
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert "expected an identification.json, got a finding of haptid missing; --with takes its effects along" in line

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from haptid.identification.result.outcome import Outcome, outcome_of, with_cause
+from haptid.identification.result.outcome import Outcome, outcome_of, tell_status, with_cause
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.support.errors import InputError
@@ -54,6 +54,13 @@ def test_only_what_carries_over_is_converged():
     assert outcome(unseen=float("nan")) is Outcome.UNSEEN
     assert outcome(reached=1, unseen=4777.0) is Outcome.UNSEEN
     assert outcome(fitted=3.0, unseen=4777.0) is Outcome.ABOVE_NOISE
+
+
+@pytest.mark.parametrize("unfit", [Outcome.ABOVE_NOISE, Outcome.LONELY])
+def test_only_identified_values_of_a_model_that_does_not_fit_are_uncertain(unfit):
+    assert tell_status("identified", unfit.label) == "uncertain"
+    assert tell_status("identified", Outcome.CONVERGED.label) == "identified"
+    assert tell_status("at_bound", unfit.label) == "at_bound"
 
 
 def test_few_rows_conclude_nothing():
