@@ -193,12 +193,18 @@ SAMPLERS = _group(
     (
         "short", "look",
         "The ensembles agree, but the chains are short: ends of intervals may move by a few percent.",
-        "Sample longer where the ends matter.",
+        "Run without --quick where the ends matter.",
+    ),
+    (
+        "too_short", "bad",
+        "The chains are too short to tell whether the ensembles agree. They found one mode.",
+        "Do not use these intervals yet: run haptid posterior without --quick. Where a whole run ends so, fix the "
+        "parameters that the runs leave open.",
     ),
     (
         "ensembles_disagree", "bad",
         "Independent ensembles found different posteriors.",
-        "Do not use these intervals: look for several modes, or raise the steps.",
+        "Do not use these intervals: look for several modes in the corner plot, and bound the parameters to one.",
     ),
 )  # fmt: skip
 GROUPS: dict[str, tuple[Word, ...]] = {
