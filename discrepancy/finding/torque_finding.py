@@ -112,8 +112,8 @@ class TorqueFinding:
     def left(self) -> float:
         """RMS of the final model's residual on the rows that name effects [N m], those away from reversals.
 
-        The larger one of fitted and held-out runs: the floor is that of all, and one run that holds what the others lack
-        raises it.
+        The larger one of fitted and held-out runs: the floor is that of all, and one run that holds what the others
+        lack raises it.
         """
         final = self.search.final
         rows = ((final.fitted, final.study.fitted_rows), (final.unseen, final.study.unseen_rows))

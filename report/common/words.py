@@ -179,7 +179,8 @@ VERDICTS = _group(
     (
         "ambiguous", "look",
         "The runs cannot tell the listed alternatives apart.",
-        "Make the run that the page proposes, and search again.",
+        "Make the run that the page proposes, and search again. Where no run would tell, either model serves: choose "
+        "by what is known of the machine.",
     ),
     (
         "unlisted", "bad",
