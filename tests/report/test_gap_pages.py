@@ -29,7 +29,8 @@ EFFECT = SimpleNamespace(
     id="cogging", key="cogging:harmonics", title="cogging torque", formula="a·sin(n·q)", parameters=(AMPLITUDE, WAVES)
 )
 STUDY = SimpleNamespace(
-    delay=0.0, joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
+    delay=0.0,
+    joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
     moving=(np.array([True, True, True, True]),),
     fitted_rows=(np.array([True, False, False, True]),), unseen_rows=(np.array([False, True, True, False]),),
     names=lambda rows: np.ones(int(np.sum(rows)), dtype=bool),
@@ -39,8 +40,8 @@ STUDY = SimpleNamespace(
 def fitted(residual: list[float], *effects: SimpleNamespace, unseen: float = 0.0) -> SimpleNamespace:
     return SimpleNamespace(
         residual=(np.array(residual),), effects=effects, calls=5, values={"a": 3.456e-3, "n": 7.0},
-        std={"a": 0.078e-3, "n": 0.0}, fitted=np.array(residual)[STUDY.fitted_rows[0]],
-        unseen=np.full(2, unseen), study=STUDY,
+        std={"a": 0.078e-3, "n": 0.0}, fitted=np.zeros(2), unseen=np.full(2, unseen),
+        study=STUDY,
     )  # fmt: skip
 
 
