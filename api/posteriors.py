@@ -352,9 +352,13 @@ class Posteriors:
 
     def _told_of_chains(self) -> str:
         """Return a sentence on the chains of results that were read."""
-        unsound = [str(one["joint"]) for one in self.data["joints"] if not one["sound"]]
+        # Results of an earlier version say that chains are not sound, and not why.
+        unsound = [
+            (one["joint"], one.get("state", "short or disagree")) for one in self.data["joints"] if not one["sound"]
+        ]
         if unsound:
-            return f"Chains are short or disagree: joint {', '.join(unsound)}."
+            told = ", ".join(f"joint {joint} ({state.replace('_', ' ')})" for joint, state in unsound)
+            return f"Chains that are not sound: {told}."
         return "The chains of all joints are long enough and agree."
 
     def _read_posterior(self, joint: int | None) -> StoredPosterior:

@@ -22,7 +22,7 @@ WRITES = {
     "identification.json": "every parameter with value, std, unit and status",
     "report.html": "measured and simulated motion, and what to do next",
     "<device>.fmu, <device>_native.fmu": "the identified device (joint<j>.fmu of a single_joint one)",
-    "parameters.ssv": "its parameter set",
+    "parameters.ssv": "its parameter set (joint<j>.ssv of a single_joint one)",
     "draws/<model>.csv": "200 draws of the parameters of each joint and of the device, which their FMUs carry",
     "identified.fmu": "with --model: the FMU with the identified start values",
 }

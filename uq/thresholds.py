@@ -66,6 +66,10 @@ class Thresholds:
     largest_std_over_prior_std: float = IDENTIFICATION.largest_std_over_prior_std
     """Posterior over prior standard deviation [1] above which the prior counts as what determines the parameter; fits
     judge by the same bound."""
+    largest_distance_to_bound_over_reach: float = 0.03
+    """Distance of the lower end of a 95 % interval from the lower bound, over that of the upper end [1], below which
+    the parameter counts as at that bound (and likewise above): a density that is level down to the bound has
+    2.5/97.5 = 0.026, a normal one whose peak lies 1.5 standard deviations from it 0.046."""
     least_ratio_of_scatter_ends: float = 0.01
     """Lower over upper end of a scatter's 95 % interval [1] below which the sentence gives the upper end only."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from haptid.discrepancy.finding.accuracy import Origin, of_refit
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild, refit
 from haptid.discrepancy.fit.held_out import Prediction, predict
+from haptid.discrepancy.fit.standard_errors import of_curvature
 from haptid.discrepancy.search.forward_selection import search
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.channels import channels
@@ -86,6 +87,8 @@ class Finding:
         Share of bags in which an effect keeps its name, by its key (`discrepancy.verdict.stability`).
     wall_s
         Wall time of all stages [s].
+    errors
+        Standard errors of the best model's parameters by id, from the curvature, each in its unit.
     """
 
     joints: tuple[int, ...]
@@ -99,6 +102,7 @@ class Finding:
     regions: tuple[Region, ...]
     stability: Mapping[str, float]
     wall_s: float
+    errors: Mapping[str, float] = field(default_factory=dict)
 
 
 @on_one_thread
@@ -182,6 +186,7 @@ def find(
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
         stability=stability_of(Stretches.of(best.solution), best.solution.effects, seed=seed),
         wall_s=time.perf_counter() - began,
+        errors=dict(zip(best.solution.values, of_curvature(best.solution).tolist(), strict=True)),
     )
     if refitted is None:
         return finding

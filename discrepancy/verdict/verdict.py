@@ -416,7 +416,9 @@ def _sentence(
             more = "tests of each joint alone may"
         else:
             more = "the proposed run would" if proposal.tells else "nor would any other within their torque"
-        return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
+        told = f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
+        # The action of the page follows the same proposal.
+        return told if proposal is None or proposal.tells else f"{told} Either serves as a model of these motions."
     cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
     like = f" It is like {names}, but {' and '.join(nothing)} may be 0." if nothing else _nearest(found, names)
     return f"Something is missing that no entry of the catalogue explains.{like}{cut}"

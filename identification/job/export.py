@@ -5,17 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from haptid.fmu_build.building.packaging import Fmu, Kind
+from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.job.job import Identification
 from haptid.identification.sequence.carried_fit import FILE
 from haptid.identification.verification.closed_loop_fmu import export_closed_loop
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
-from haptid.support.files.files import write_json
+from haptid.support.files.files import write_bytes, write_json
 from haptid.support.processes.threads import map_threads
 
 KINDS: tuple[tuple[Kind, str], ...] = (("python", ""), ("native", "_native"))
 """Packagings, and what they add to the name of the file."""
+
+PARAMETER_SET = "resources/parameters.ssv"
+"""Parameter set within an FMU."""
 
 
 def export_models(made: Identification, campaign: Campaign, device: Device | None, folder: Path) -> list[Path]:
@@ -44,12 +48,11 @@ def export_models(made: Identification, campaign: Campaign, device: Device | Non
     """
     data = made.data
     if device is None:
-        joints = [step.configuration.free_joints[0] for step in made.steps]
-        return [
-            export_joint(data, j, folder / f"joint{j}{tail}.fmu", kind, folder=folder).path
-            for j in joints
-            for kind, tail in KINDS
-        ]
+        paths: list[Path] = []
+        for j in (step.configuration.free_joints[0] for step in made.steps):
+            fmus = [export_joint(data, j, folder / f"joint{j}{tail}.fmu", kind, folder=folder) for kind, tail in KINDS]
+            paths += [*(fmu.path for fmu in fmus), _write_parameter_set(fmus[0])]
+        return paths
     if not data["links"]:
         return []
     name = Path(device.name).stem
@@ -58,10 +61,15 @@ def export_models(made: Identification, campaign: Campaign, device: Device | Non
         return export_full(device, data, folder / f"{name}{tail}.fmu", kind, folder=folder)
 
     # Each waits for the C compiler, which runs in processes of its own.
-    fmus = map_threads(build, *zip(*KINDS, strict=True), threads=made.workers)
-    loop = export_closed_loop(fmus[-1], campaign.extra.get("controller"), campaign.runs, made.verification, folder)
+    built = map_threads(build, *zip(*KINDS, strict=True), threads=made.workers)
+    loop = export_closed_loop(built[-1], campaign.extra.get("controller"), campaign.runs, made.verification, folder)
     if loop is not None:
         data["verification"]["as_fmus"] = loop.as_json()
         write_json(folder / FILE, data)
-    paths = [fmu.path for fmu in fmus] + ([loop.controller, loop.system] if loop else [])
-    return [*paths, export_parameters(device, data, folder / "parameters.ssv")]
+    written = [fmu.path for fmu in built] + ([loop.controller, loop.system] if loop else [])
+    return [*written, export_parameters(device, data, folder / "parameters.ssv")]
+
+
+def _write_parameter_set(fmu: Fmu) -> Path:
+    """Write the parameter set that an FMU holds beside it, where an editor finds it."""
+    return write_bytes(fmu.path.with_suffix(".ssv"), unpack(fmu.path.read_bytes())[PARAMETER_SET])

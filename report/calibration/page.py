@@ -23,7 +23,8 @@ METHOD = (
     "Residuals are measured minus simulated outputs over the noise of each output; 1.00 is the noise. Sensitivities "
     "are central differences; their steps are chosen so that the jumps of events are averaged. Standard deviations "
     "take the residuals' correlation into account. Status: identified; prior (the data did not halve the prior's "
-    "width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
+    "width); unidentifiable (known only within 50 %, or in combinations); at_bound "
+    "(stopped at the end of the range that it may take); fixed."
 )
 STARTS = (
     "identified.fmu is the same archive with the identified start values in its model description; parameters.ssv "

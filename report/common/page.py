@@ -24,6 +24,8 @@ _ENVIRONMENT = jinja2.Environment(
     lstrip_blocks=True,
     undefined=jinja2.StrictUndefined,  # a misspelt name in the template is an error, not a gap in the page
 )
+HEADERS_OF_CARDS = ("status", "verdict", "95 % interval", "change in percent")
+"""Columns by which a table has more to say in a row than a phone is wide."""
 SCRIPTS = ("uPlot.iife.min.js", "page.js")
 """Scripts of a page with an interactive picture: the library, and what feeds it."""
 
@@ -109,6 +111,11 @@ class Table:
     rows: Sequence[Sequence[str | Cell]]
     caption: str = ""
     shades: Sequence[Sequence[float]] = ()
+
+    @property
+    def has_cards(self) -> bool:
+        """Whether a phone shows each row as lines below one another: a table with sentences is too wide to scroll."""
+        return any(column in HEADERS_OF_CARDS for column in self.header)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

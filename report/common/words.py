@@ -25,6 +25,8 @@ class Word:
         What it means, a sentence.
     action
         What to do next, a sentence.
+    plain
+        The word in plain words, which the first screen shows beside it; empty where the word is one.
     """
 
     key: str
@@ -32,11 +34,43 @@ class Word:
     level: Level
     meaning: str
     action: str
+    plain: str = ""
+
+
+PLAIN_WORDS = {
+    "fit-above_noise": "the model lacks something",
+    "fit-single_start": "reached by one start alone, at the noise",
+    "fit-lonely": "reached by one start alone, above the noise",
+    "fit-unexplained": "the model explains hardly anything",
+    "fit-unexcited": "the torque never changes",
+    "fit-fixed": "nothing was fitted",
+    "fit-unseen": "at the noise on the fitted runs, not on the others",
+    "fit-torque_scored": "the torque was fitted, not the position",
+    "fit-plain": "inertia, gravity and simple friction predict better than the whole model",
+    "fit-observed": "the measured position corrects the simulation",
+    "status-prior": "mostly what was put in",
+    "status-unidentifiable": "not known from these runs alone",
+    "status-at_bound": "stopped at the end of the range that it may take",
+    "whole-as_noise": "noise alone is left",
+    "whole-explained": "above the noise, by what the parameters leave open",
+    "whole-unexplained": "more is left than the parameters leave open",
+    "verdict-partly_named": "something smaller is left",
+    "verdict-ambiguous": "several explanations fit alike",
+    "verdict-unlisted": "no entry of the catalogue explains it",
+}
+"""Plain words beside what is jargon, by key."""
 
 
 def _group(name: str, *words: tuple[str, Level, str, str]) -> tuple[Word, ...]:
     return tuple(
-        Word(key=f"{name}-{word}", text=word.replace("_", " "), level=level, meaning=meaning, action=action)
+        Word(
+            key=f"{name}-{word}",
+            text=word.replace("_", " "),
+            level=level,
+            meaning=meaning,
+            action=action,
+            plain=PLAIN_WORDS.get(f"{name}-{word}", ""),
+        )
         for word, level, meaning, action in words
     )
 
@@ -179,7 +213,8 @@ VERDICTS = _group(
     (
         "ambiguous", "look",
         "The runs cannot tell the listed alternatives apart.",
-        "Make the run that the page proposes, and search again.",
+        "Make the run that the page proposes, and search again. Where no run would tell, either model serves: choose "
+        "by what is known of the machine.",
     ),
     (
         "unlisted", "bad",
@@ -193,12 +228,18 @@ SAMPLERS = _group(
     (
         "short", "look",
         "The ensembles agree, but the chains are short: ends of intervals may move by a few percent.",
-        "Sample longer where the ends matter.",
+        "Run without --quick where the ends matter.",
+    ),
+    (
+        "too_short", "bad",
+        "The chains are too short to tell whether the ensembles agree. They found one mode.",
+        "Do not use these intervals yet: run haptid posterior without --quick. Where a whole run ends so, fix the "
+        "parameters that the runs leave open.",
     ),
     (
         "ensembles_disagree", "bad",
         "Independent ensembles found different posteriors.",
-        "Do not use these intervals: look for several modes, or raise the steps.",
+        "Do not use these intervals: look for several modes in the corner plot, and bound the parameters to one.",
     ),
 )  # fmt: skip
 GROUPS: dict[str, tuple[Word, ...]] = {

@@ -11,6 +11,7 @@ from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.fit.solution import SCATTER
+from haptid.discrepancy.verdict.verdict import Judgement
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import in_thousandths
 from haptid.report.common.page import Cell, Table
@@ -21,6 +22,10 @@ from haptid.support.numbers import plain
 HEADER = (
     "joint", "verdict", "missing", "missed before", "missed after", "× noise", "worst run", "what to do next", "files",
 )  # fmt: skip
+MAKE_THE_RUN = "Make the run that the page proposes, and search again."
+EITHER_SERVES = "Either model serves: choose by what is known of the machine."
+JOINTS_ALONE = "Test each of the joints alone, and search again."
+RIVALS_BY_SPEED = "Make the sweeps that the page proposes, and search again."
 SCATTER_ACTION = "Use the model as it is; haptid posterior gives bands that hold the scatter."
 
 
@@ -78,7 +83,7 @@ def position_glance(finding: Finding) -> Table:
     if finding.rebuilt is not None:
         links.append(f"../fmu/{finding.rebuilt.fmu.path.name}")
     names = ", ".join(dict.fromkeys(e.id for e in finding.judgement.effects)) if changed else ""
-    action = SCATTER_ACTION if is_scatter_alone(finding) else word_of(f"verdict-{verdict}").action
+    action = SCATTER_ACTION if is_scatter_alone(finding) else _next_action(finding.judgement)
     joints = ", ".join(map(str, finding.joints))
     return _table_of(
         _Line(
@@ -87,6 +92,15 @@ def position_glance(finding: Finding) -> Table:
             random=is_scatter_alone(finding),
         )
     )  # fmt: skip
+
+
+def _next_action(judgement: Judgement) -> str:
+    """Say what to do: between rivals, what the proposed run can tell decides."""
+    if judgement.verdict != "ambiguous":
+        return word_of(f"verdict-{judgement.verdict}").action
+    if judgement.next_experiment is None:
+        return JOINTS_ALONE
+    return MAKE_THE_RUN if judgement.next_experiment.tells else EITHER_SERVES
 
 
 def torque_glance(finding: TorqueFinding) -> Table:
@@ -111,7 +125,7 @@ def torque_glance(finding: TorqueFinding) -> Table:
         links.append(f"../fmu/{finding.fmu.path.name}")
     names = ", ".join(dict.fromkeys(e.id for e in found.final.effects))
     unit = unit_for("N m", [found.study.prismatic])
-    action = word_of(f"verdict-{verdict}").action
+    action = RIVALS_BY_SPEED if verdict == "ambiguous" else word_of(f"verdict-{verdict}").action
     return _table_of(
         _Line(
             joint=str(found.study.joint), verdict=verdict, names=names, gap=gap, unit=unit, worst=worst, action=action,

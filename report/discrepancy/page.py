@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
+from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.detect.localise import describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Finding
 from haptid.discrepancy.fit.solution import SCATTER
+from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.units import unit_for
+from haptid.model.equations.quantity import Quantity
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
@@ -23,8 +28,22 @@ from haptid.report.discrepancy.unnamed_section import unnamed_section
 from haptid.report.discrepancy.where_pictures import localisation_picture
 from haptid.support.numbers import plain, times
 
+LARGEST_ERROR_OF_KNOWN = 0.5
+"""Largest standard error over the value [1] at which a parameter counts as known, as the statuses of a fit have it."""
 LARGEST_CHANGE_UNTOLD = 5e-4
 """Largest relative change of a parameter that counts as none: a table would show it as 0.0 %."""
+
+
+class HasFormula(Protocol):
+    """An effect as a page names it."""
+
+    @property
+    def id(self) -> str:
+        """Id in the catalogue."""
+
+    @property
+    def formula(self) -> str:
+        """Formula as a reader writes it."""
 
 
 def _cycles(finding: Finding) -> list[Picture]:
@@ -39,14 +58,30 @@ def _cycles(finding: Finding) -> list[Picture]:
 def _effects(finding: Finding) -> Table:
     rows = [
         (
-            *(e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit)),
+            *(e.id, id, _with_unit(with_error(x.value, x.std), x.unit)),
             *(_ends(x), f"{e.evidence:.0f}", write_share(finding.stability, e.key)),
         )
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
     ]
-    header = ("effect", "formula", "parameter", "value ± std", "95 % interval", "evidence", "named in bags of runs")
+    header = ("effect", "parameter", "value ± std", "95 % interval", "evidence", "named in bags of runs")
     return Table(header=header, rows=rows)
+
+
+def write_formulas(effects: Sequence[HasFormula]) -> list[str]:
+    """Write the formula of each effect once, however many parameters it has.
+
+    Parameters
+    ----------
+    effects
+        Effects of a verdict.
+
+    Returns
+    -------
+    list of str
+        A line an effect: id and formula.
+    """
+    return [f"{id}: {formula}" for id, formula in dict.fromkeys((e.id, e.formula) for e in effects)]
 
 
 def write_share(stability: Mapping[str, float], key: str) -> str:
@@ -78,25 +113,50 @@ def _with_unit(number: str, unit: str) -> str:
 
 def _ranking(finding: Finding) -> list[Table]:
     found = finding.search
-    before = found.before.candidate
+    before, taken = found.before.candidate, _taken_among(found)
+    tried = found.trials if taken in found.trials else (*found.trials, taken)
     rows = [
         (
             " + ".join(t.solution.keys) or "noise alone",
             f"{before.bic - t.candidate.bic:.0f}",
             f"{2 * (t.candidate.prediction.score - before.prediction.score):.0f}",
             "yes" if t.adequate else "with other parameters in every run" if t.varies else "no",
-            "yes" if t is found.best else "",
+            "yes" if t is taken else "",
         )
-        for t in sorted(found.trials, key=lambda t: t.candidate.criterion)
+        for t in sorted(tried, key=lambda t: t.candidate.criterion)
     ]
     return [
         Table(
             header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
             rows=list(dict.fromkeys(rows)),  # a model that two ways led to stands there once
-            caption=f"Refitted with all parameters, over the base model, which leaves noise with p = "
-            f"{np.nanmin([found.before.left.p, found.before.left_p]):.2g}",
+            caption=f"Refitted with all parameters{_law_in_words(found)}, over the base model, which leaves noise with "
+            f"p = {np.nanmin([found.before.left.p, found.before.left_p]):.2g}",
         )
     ]
+
+
+def _taken_among(found: Search) -> Trial:
+    """Return the trial whose model the search ended with; its end itself where no trial has that model.
+
+    The end is judged again after the trials, at a finer step or against what it leaves out, and is another object then.
+    """
+    best = found.best
+    same = [trial for trial in found.trials if _model_of(trial) == _model_of(best)]
+    nearest = min(same, key=lambda t: abs(t.candidate.criterion - best.candidate.criterion), default=best)
+    return best if best in found.trials else nearest
+
+
+def _model_of(trial: Trial) -> tuple[frozenset[str], tuple[str, ...]]:
+    """Return effects and friction laws, which make two trials the same model."""
+    return frozenset(trial.solution.keys), trial.solution.equations.friction
+
+
+def _law_in_words(found: Search) -> str:
+    """Name the friction law of the trials where it is not the one that was asked for, which the base model has."""
+    if found.law is None:
+        return ""
+    asked = ", ".join(dict.fromkeys(found.before.solution.equations.friction))
+    return f" under the friction law {found.law.id} in place of {asked}"
 
 
 def _slides(finding: Finding) -> tuple[bool, ...]:
@@ -196,22 +256,43 @@ def _make_parameter_table(finding: Finding) -> Table:
             p.id,
             f"{base[p.id]:.5g}" if p.id in base else "–",  # the parameter of a friction law that is new
             f"{final[p.id]:.5g}",
-            f"{100 * (final[p.id] / base[p.id] - 1):+.1f} %" if base.get(p.id) else "–",
+            f"{final[p.id] - base[p.id]:+.2g}" if p.id in base else "–",
             p.unit,
+            _why_unknown(finding, p) or _change_in_percent(final[p.id], base.get(p.id)),
         )
         for p in finding.search.plain.solution.equations.parameters
         if not p.fixed
     ]
-    return Table(header=("parameter", "before", "after", "change", "unit"), rows=rows)
+    return Table(header=("parameter", "before", "after", "change", "unit", "change in percent"), rows=rows)
+
+
+def _change_in_percent(after: float, before: float | None) -> str:
+    return f"{100 * (after / before - 1):+.1f} %" if before else "–"
+
+
+def _why_unknown(finding: Finding, quantity: Quantity) -> str:
+    """Say why the change of a parameter says nothing; nothing where the runs determine the parameter."""
+    value, std = finding.search.best.solution.values[quantity.id], finding.errors.get(quantity.id, 0.0)
+    ends = np.array([quantity.lower, value, quantity.upper])
+    if quantity.scale == "log":
+        ends = np.log(ends)
+    if min(np.diff(ends)) <= IDENTIFICATION.largest_bound_distance_over_range * (ends[2] - ends[0]):
+        return "not known: at its bound"
+    return f"not known: its error is {std:.2g}" if std > LARGEST_ERROR_OF_KNOWN * abs(value) else ""
 
 
 def _parameters_section(finding: Finding) -> Section:
     """Return the table of the parameters before and after; a sentence where none moved."""
     base, final = finding.search.before.solution.values, finding.search.best.solution.values
     free = [p.id for p in finding.search.plain.solution.equations.parameters if not p.fixed]
+    known = [p.id for p in finding.search.plain.solution.equations.parameters if not _why_unknown(finding, p)]
     title, anchor = "Parameters that moved", "moved"
-    if all(id in base and abs(final[id] - base[id]) <= LARGEST_CHANGE_UNTOLD * abs(base[id]) for id in free):
-        return Section(title=title, anchor=anchor, paragraphs=["No parameter moved by as much as 0.05 %."])
+    if all(
+        id in base and abs(final[id] - base[id]) <= LARGEST_CHANGE_UNTOLD * abs(base[id]) for id in free if id in known
+    ):
+        return Section(
+            title=title, anchor=anchor, paragraphs=["No parameter that the runs determine moved by as much as 0.05 %."]
+        )
     return Section(title=title, anchor=anchor, tables=[_make_parameter_table(finding)])
 
 
@@ -263,7 +344,10 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
             pictures=[*before_after_pictures(finding.curves), *_cycles(finding)], tables=[_gaps(finding)],
         ),
         *unnamed,
-        Section(title=what, anchor="what", tables=[_effects(finding)] if named else []),
+        Section(
+            title=what, anchor="what", paragraphs=write_formulas(j.effects) if named else [],
+            tables=[_effects(finding)] if named else [],
+        ),
         Section(title="What would settle it", anchor="settle", paragraphs=_settle(finding)),
         Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_pictured]),
         Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),

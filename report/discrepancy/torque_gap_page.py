@@ -16,7 +16,7 @@ from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
 from haptid.report.discrepancy.glance import torque_glance
-from haptid.report.discrepancy.page import write_share
+from haptid.report.discrepancy.page import write_formulas, write_share
 from haptid.report.discrepancy.where_pictures import localisation_picture
 from haptid.support.linear_algebra import rms
 
@@ -140,14 +140,14 @@ def _effects(finding: TorqueFinding) -> Table:
     std = final.std
     rows = [
         (
-            *(e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}".removesuffix(" 1")),
+            *(e.id, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}".removesuffix(" 1")),
             write_share(finding.stability, e.key),
         )
         for e in final.effects
         for x in e.parameters
         if not x.fixed
     ]
-    return Table(header=("effect", "formula", "parameter", "value ± std", "named in bags of stretches"), rows=rows)
+    return Table(header=("effect", "parameter", "value ± std", "named in bags of stretches"), rows=rows)
 
 
 def _rounds(finding: TorqueFinding) -> list[Table]:
@@ -205,7 +205,12 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Pa
     where = localisation_picture(finding.maps, [found.study.prismatic])
     sections = [
         Section(title="Before and after", anchor="gap", pictures=[torque_picture(finding)], tables=[_gaps(finding)]),
-        Section(title="What is missing", anchor="what", tables=[_effects(finding)]),
+        Section(
+            title="What is missing",
+            anchor="what",
+            paragraphs=write_formulas(found.final.effects),
+            tables=[_effects(finding)],
+        ),
         Section(title="Where the gap was", anchor="where", pictures=[where]),
         Section(title="What is left", anchor="left", pictures=[remaining_picture(finding)]),
         Section(title="What would settle it", anchor="settle", paragraphs=[settle]),

@@ -74,9 +74,8 @@ def _next_action(step: Step, word: Word) -> str:
     for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
         ids = [id for id, one in step.fit.statuses.items() if one == status]
         if ids:
-            return f"{word.action} {', '.join(ids)}: {word_of(f'status-{status}').text}. " + (
-                word_of(f"status-{status}").action
-            )
+            found = word_of(f"status-{status}")
+            return f"{word.action} {', '.join(ids)}: {found.text} ({found.plain}). {found.action}"
     return word.action
 
 

@@ -30,7 +30,8 @@ METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
     "noise. The initial position of every run, validation runs included, is fitted with the prior N(first sample, "
     "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
-    "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed; "
+    "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound "
+    "(stopped at the end of the range that it may take); fixed; "
     "uncertain (identified, but in a model that leaves more than the noise)."
 )
 MOST_UNFOLDED = 2

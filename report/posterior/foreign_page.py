@@ -8,6 +8,7 @@ from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import round_to_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import BAND, MEASURED, figure, style
+from haptid.report.common.words import word_of
 from haptid.report.posterior.figures import corner
 from haptid.uq.foreign.infer import Band, ForeignPosterior
 from haptid.uq.foreign.record import variable_names
@@ -58,7 +59,8 @@ def foreign_posterior_page(posterior: ForeignPosterior, footer: Sequence[str]) -
     ]
     lead = " ".join(p.verdict for p in posterior.parameters[:-1])
     if not posterior.sound:
-        lead = f"The chains have not settled: read no final figures from them. {lead}"
+        word = word_of(f"sampler-{posterior.state}")
+        lead = f"{word.text.capitalize()}: {word.meaning} {word.action} {lead}"
     return Page(
         title=f"How well the parameters of {campaign.model.name} are known",
         lead=lead,

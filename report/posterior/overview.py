@@ -10,7 +10,8 @@ from haptid.measurement.values.run import Array
 from haptid.report.common.page import Cell, Section, Table
 from haptid.report.common.words import Word, word_of
 from haptid.uq.result.posterior import Posterior
-from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.result.sampler_state import SamplerState
+from haptid.uq.result.summary import ParameterSummary, limit_words
 from haptid.uq.thresholds import THRESHOLDS
 
 KNOWN = 0.1
@@ -31,17 +32,39 @@ def lead(posteriors: Sequence[Posterior]) -> str:
         Sentences; joints are named where their chains disagree or are short.
     """
     every = [(p.joint, s) for p in posteriors for s in physical(p)]
-    open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > THRESHOLDS.largest_std_over_prior_std]
-    known = sum(width(s) < KNOWN for _, s in every if s.contraction <= THRESHOLDS.largest_std_over_prior_std)
+    open_ = [f"{s.id} of joint {j}" for j, s in every if _is_set_by_prior(s)]
+    limits = [f"{s.id} of joint {j} ({_shown_width(s)})" for j, s in every if not _is_set_by_prior(s) and s.limit]
+    known = sum(_is_known(s) for _, s in every)
     text = f"{known} of {len(every)} parameters are known to better than ±10 % (95 %)."
     text += f" Set by their priors: {', '.join(open_)}." if open_ else " None is set by its prior."
-    apart = [p.joint for p in posteriors if not p.agree]
-    short = [p.joint for p in posteriors if not p.sample.reached and p.joint not in apart]
-    if apart:
-        text += f" Do not use joint {_join(apart)}: independent ensembles disagree."
-    if short:
-        text += f" The chains of joint {_join(short)} agree but are short: ends of intervals may move by a few percent."
-    return text
+    text += f" At a bound, so that the data give a limit: {', '.join(limits)}." if limits else ""
+    return f"{_told_of_chains(posteriors)}{text}"
+
+
+def _told_of_chains(posteriors: Sequence[Posterior]) -> str:
+    """Say which joints' chains are not sound, what no reader of the intervals may miss first."""
+    joints: dict[SamplerState, list[int]] = {}
+    for p in posteriors:
+        joints.setdefault(p.state, []).append(p.joint)
+    sentences: tuple[tuple[SamplerState, str], ...] = (
+        ("ensembles_disagree", "Do not use joint {joints}: independent ensembles disagree. "),
+        ("too_short", "Do not use joint {joints} yet: the chains are too short. Run without --quick. "),
+        ("short", "The chains of joint {joints} agree but are short: ends of intervals may move by a few percent. "),
+    )
+    return "".join(text.format(joints=_join(joints[state])) for state, text in sentences if state in joints)
+
+
+def _is_set_by_prior(s: ParameterSummary) -> bool:
+    return s.contraction > THRESHOLDS.largest_std_over_prior_std
+
+
+def _is_known(s: ParameterSummary) -> bool:
+    return width(s) < KNOWN and not _is_set_by_prior(s)
+
+
+def _shown_width(s: ParameterSummary) -> str:
+    """Write how well a parameter is known: a limit where it is at a bound, else its half-width in percent."""
+    return f"±{100 * width(s):.2g} %" if s.limit is None else limit_words(s.limit, s.unit)
 
 
 def sampler_word(p: Posterior) -> Word:
@@ -56,7 +79,7 @@ def sampler_word(p: Posterior) -> Word:
     -------
     Word
     """
-    return word_of(f"sampler-{'sound' if p.sound else 'short' if p.agree else 'ensembles_disagree'}")
+    return word_of(f"sampler-{p.state}")
 
 
 def glance_table(posteriors: Sequence[Posterior], files: Sequence[str]) -> Table:
@@ -77,8 +100,8 @@ def glance_table(posteriors: Sequence[Posterior], files: Sequence[str]) -> Table
     rows: list[tuple[str | Cell, ...]] = []
     for p in posteriors:
         word, every = sampler_word(p), sorted(physical(p), key=width)
-        known = [s for s in every if width(s) < KNOWN and s.contraction <= THRESHOLDS.largest_std_over_prior_std]
-        ends = [f"{s.id} ±{100 * width(s):.2g} %" for s in (every[0], every[-1])] if every else ["–", "–"]
+        known = [s for s in every if _is_known(s)]
+        ends = [f"{s.id} {_shown_width(s)}" for s in (every[0], every[-1])] if every else ["–", "–"]
         own = [file for file in files if "joint" not in file or file.rsplit(".", 1)[0].endswith(f"joint{p.joint}")]
         rows.append((
             Cell(text=f"joint {p.joint}", anchor=f"joint{p.joint}"), Cell(text=word.text, word=word.key),
@@ -165,9 +188,8 @@ def overview(posteriors: Sequence[Posterior]) -> Section:
     for p in posteriors:
         ordered = sorted(physical(p), key=width)
         scatter = [s.verdict for s in p.parameters if s.id.endswith("_scatter")] or ["none needed by the data"]
-        sampler = "sound" if p.sound else "short" if p.agree else "ensembles disagree"
-        ends = [f"{s.id} ±{100 * width(s):.2g} %" for s in (ordered[0], ordered[-1])] if ordered else ["–", "–"]
+        ends = [f"{s.id} {_shown_width(s)}" for s in (ordered[0], ordered[-1])] if ordered else ["–", "–"]
         wanted = f"A = {p.next_run.amplitude:.3g}, ω = {p.next_run.omega:.3g} rad/s" if p.next_run else "–"
-        rows.append([f"{p.joint}", *ends, " ".join(scatter), wanted, sampler])
+        rows.append([f"{p.joint}", *ends, " ".join(scatter), wanted, sampler_word(p).text])
     header = ["joint", "best known", "least known", "amplitude scatter", "run to make next", "sampler"]
     return Section(title="All joints", anchor="overview", tables=[Table(header=header, rows=rows)])

@@ -15,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 from fmpy.validation import validate_fmu
 
+from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.export import main as export
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.identification.run import main
@@ -50,6 +51,11 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def tested(out: Path) -> dict[str, Any]:
     (one,) = json.loads((out / "identification.json").read_text())["configurations"]
     return one
+
+
+def test_the_parameter_set_lies_beside_the_fmu_and_on_the_first_screen(out: Path):
+    assert (out / "joint4.ssv").read_bytes() == unpack((out / "joint4.fmu").read_bytes())["resources/parameters.ssv"]
+    assert 'href="joint4.ssv"' in (out / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ["joint4.fmu", "joint4_native.fmu"])

@@ -160,12 +160,53 @@ def test_a_phone_scrolls_only_what_is_wide_and_its_figures_have_letters_to_read(
         "[...document.querySelectorAll('.u-legend')].map((one) => parseFloat(getComputedStyle(one).fontSize))"
     )
     assert min(sizes) >= 11
-    # A still picture keeps its width, so that its letters keep their size; the reader scrolls it.
-    assert shown.locator(".still:visible img").first.bounding_box()["width"] >= 700
+    # A still picture is seen whole; where the reader touches it, its letters have their size, and it scrolls.
+    still = shown.locator(".still:visible").first
+    assert still.locator("img").bounding_box()["width"] <= 390
+    still.focus()
+    assert still.locator("img").bounding_box()["width"] >= 700
     # What scrolls has a shadow at its edge, and a value stands on one line with its error.
     for what in (".still:visible", ".scroll:visible"):
         style = shown.locator(what).first.evaluate("one => getComputedStyle(one).backgroundAttachment")
         assert style == "local, local, scroll, scroll"
+
+
+@pytest.fixture(scope="module")
+def wordy(tmp_path_factory) -> Path:
+    """A page with the longest names and statuses."""
+    long = "joint0_coulomb_amplifier_lag_position_dependent_friction_load_dependent_friction"
+    header = ("joint", "verdict", "missing", "missed before", "missed after", "× noise", "worst run")
+    header += ("what to do next", "files")
+    action = "Either model serves: choose by what is known of the machine."
+    row = ("0", word_cell("verdict", "ambiguous"), "friction_law, amplifier_lag", "0.645 mrad", "0.101 mrad", "1.02")
+    row += (f"{long}.csv (validate)", action, Cell(links=("joint0.json", f"../fmu/{long}.fmu")))
+    unfit = Cell(text="uncertain: the model leaves 2.4 times the noise", word="unfit-uncertain")
+    known = (
+        "inertia",
+        "0.00399989 ± 0.00000050",
+        "kg m^2",
+        unfit,
+        "0.00399",
+        "[3.99e-05, 0.399]",
+        "inertia at the joint",
+    )
+    columns = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
+    tables = [Table(header=columns, rows=[known]), Table(header=("run", "use"), rows=[(f"{long}.csv", "fit")])]
+    page = Page(
+        title="Joint 0", lead="l", sections=[Section(title="Joint 0", tables=tables)], synthetic=True,
+        glance=Table(header=header, rows=[row]),
+    )  # fmt: skip
+    return write_page(tmp_path_factory.mktemp("wordy") / "report.html", page)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_long_names_of_files_wrap_and_statuses_stand_on_the_screen(visit, wordy, width):
+    shown = visit(wordy, width)
+    for part in shown.locator(".scroll").all():
+        assert part.evaluate("one => one.scrollWidth - one.clientWidth") <= 0
+    status = shown.locator("td[data-label='status'] .word").bounding_box()
+    assert status["x"] + status["width"] <= width
+    assert status["height"] < 60
 
 
 def test_a_value_with_its_error_breaks_nowhere_and_a_still_picture_takes_the_whole_width(visit, path):

@@ -28,7 +28,7 @@ from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect
 from haptid.report.common.page import Page, Section
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import gap_picture, scores_picture
-from tests.report.known import MAPPED, known_equations, known_maps, known_run
+from tests.report.known import MAPPED, STIFFNESS, known_equations, known_maps, known_run
 from tests.report.reading import Seen, ends_of_band, render
 
 
@@ -111,13 +111,34 @@ def page() -> Seen:
 
 def test_an_effect_has_its_value_its_error_its_interval_and_its_evidence(page):
     table = page.table("What is missing")
-    assert table.row("cogging", "a·sin(n·q)", "a") == {
-        "effect": "cogging", "formula": "a·sin(n·q)", "parameter": "a", "value ± std": "0.002345 ± 0.000067 N m",
+    assert table.row("cogging", "a") == {
+        "effect": "cogging", "parameter": "a", "value ± std": "0.002345 ± 0.000067 N m",
         "95 % interval": "0.002214 to 0.002476", "evidence": "146", "named in bags of runs": "94 %",
     }  # fmt: skip
-    row = table.row("cogging", "a·sin(n·q)", "n")
+    row = table.row("cogging", "n")
     assert row["value ± std"] == "7.12 ± 0.13"
     assert row["95 % interval"] == "6.87 to 7.38"
+
+
+def test_the_formula_of_an_effect_stands_there_once(page):
+    assert page.text.count("a·sin(n·q)") == 1
+    assert "cogging: a·sin(n·q)" in page.paragraphs
+
+
+@pytest.mark.parametrize(
+    ("proposal", "action"),
+    [
+        (PROPOSAL, "Make the run that the page proposes, and search again."),
+        (replace(PROPOSAL, repeats=99), "Either model serves: choose by what is known of the machine."),
+        (None, "Test each of the joints alone, and search again."),
+    ],
+    ids=["a run tells", "no run tells", "several joints"],
+)
+def test_between_rivals_the_action_follows_what_the_proposed_run_can_tell(proposal, action):
+    ambiguous = replace(JUDGEMENT, verdict="ambiguous", next_experiment=proposal)
+    page = page_of(replace(FINDING, judgement=ambiguous))
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.rows[1][7] == action
 
 
 def test_the_first_screen_has_verdict_gap_and_files(page):
@@ -158,12 +179,12 @@ def test_what_is_random_alone_is_told_as_random():
 def test_parameters_that_did_not_move_are_not_listed():
     same = replace(SEARCH, best=SEARCH.plain)
     page = page_of(replace(FINDING, search=same))
-    assert "No parameter moved by as much as 0.05 %." in page.paragraphs
+    assert "No parameter that the runs determine moved by as much as 0.05 %." in page.paragraphs
     assert not [table for table in page.tables if table.section == "Parameters that moved"]
 
 
 def test_an_effect_without_bags_has_a_dash():
-    row = page_of(replace(FINDING, stability={})).table("What is missing").row("cogging", "a·sin(n·q)", "a")
+    row = page_of(replace(FINDING, stability={})).table("What is missing").row("cogging", "a")
     assert row["named in bags of runs"] == "–"
 
 
@@ -209,7 +230,7 @@ def test_the_figures_of_a_stand_in_are_those_of_the_terminal_and_say_whose_they_
     assert all(words in told for words in ("after with the stand-in", "88.4 %", "81.5 %"))
     said = "With the stand-in, it misses them by 1.34 mrad, 4.2 times the noise, which closes 81.5 % of the gap."
     assert said in "\n".join(page.paragraphs)
-    assert page.table("What stands in for it").row("cogging", "a·sin(n·q)", "n")["value ± std"] == "7.12 ± 0.13"
+    assert page.table("What stands in for it").row("cogging", "n")["value ± std"] == "7.12 ± 0.13"
 
 
 def test_where_nothing_is_missing_only_the_gap_before_is_told():
@@ -231,6 +252,21 @@ def test_models_are_ranked_with_their_gains_over_the_base(page):
     assert "with p = 3.7e-07" in table.caption
 
 
+def test_the_model_taken_is_marked_though_it_was_judged_again():
+    again = replace(COGGING, refuted=True, worth=17.0)
+    table = page_of(replace(FINDING, search=replace(SEARCH, best=again))).table("What was tried")
+    assert table.column("taken") == ["yes", "", "", ""]
+    other = trial(("cogging", "backlash"), 600.0, 120.0, COGGING.solution.values)
+    table = page_of(replace(FINDING, search=replace(SEARCH, best=other))).table("What was tried")
+    assert table.rows[1] == ["cogging + backlash", "300", "160", "yes", "yes"]
+
+
+def test_the_friction_law_of_the_trials_is_named_where_it_is_not_the_one_asked_for():
+    study = SimpleNamespace(**vars(SEARCH.study), base=SimpleNamespace(friction=("coulomb",)))
+    page = page_of(replace(FINDING, search=replace(SEARCH, study=study, asked=PLAIN)))
+    assert "under the friction law coulomb in place of lugre, over the base" in page.table("What was tried").caption
+
+
 def test_scores_have_their_freedom_and_both_their_p(page):
     table = page.table("Scores of the whole catalogue")
     assert list(table.row("cogging").values())[1:] == ["412", "2", "below 1e-12", "0.0041"]
@@ -241,10 +277,25 @@ def test_scores_have_their_freedom_and_both_their_p(page):
 def test_parameters_that_moved_have_their_values_before_and_after(page):
     table = page.table("Parameters that moved")
     assert table.row("inertia") == {
-        "parameter": "inertia", "before": "0.00015", "after": "0.00012", "change": "-20.0 %", "unit": "kg m²",
+        "parameter": "inertia", "before": "0.00015", "after": "0.00012", "change": "-3e-05", "unit": "kg m²",
+        "change in percent": "-20.0 %",
     }  # fmt: skip
-    assert list(table.row("Ks").values())[1:] == ["0", "0.027", "–", "N m/rad"]
+    assert list(table.row("Ks").values())[1:] == ["0", "0.027", "+0.027", "N m/rad", "–"]
     assert table.column("parameter") == ["inertia", "Ks"]
+
+
+def test_a_parameter_that_the_runs_do_not_determine_has_no_change_in_percent():
+    open_ = page_of(replace(FINDING, errors={"inertia": 3e-6, "Ks": 0.019})).table("Parameters that moved")
+    assert open_.column("change in percent") == ["-20.0 %", "not known: its error is 0.019"]
+    values = COGGING.solution.values | {"Ks": STIFFNESS.lower}
+    ended = replace(FINDING, search=replace(SEARCH, best=trial(("cogging",), 617.0, 113.0, values)))
+    assert page_of(ended).table("Parameters that moved").row("Ks")["change in percent"] == "not known: at its bound"
+
+
+def test_where_only_unknown_parameters_moved_there_is_no_table():
+    moved = trial(("cogging",), 617.0, 113.0, PLAIN.solution.values | {"Ks": 0.031})
+    page = page_of(replace(FINDING, search=replace(SEARCH, best=moved), errors={"Ks": 0.4}))
+    assert "No parameter that the runs determine moved by as much as 0.05 %." in page.paragraphs
 
 
 def test_the_unnamed_torque_has_its_curve_and_its_share(page):

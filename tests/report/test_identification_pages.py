@@ -391,10 +391,10 @@ def test_the_first_screen_has_a_line_for_each_joint(page):
     assert table.rows[1:] == [
         ["joint 4", "converged", "0.247 mrad", "1.03", "b.csv (validate)", "Use the values and the FMU.",
          "identification.json"],
-        ["joint 2", "above noise", "4.28 mrad", "23.7", "d.csv (validate)", "Run haptid missing on this joint.",
-         "identification.json"],
-        ["all joints", "unexplained", "7.8 mrad (joint 4)", "26", "all.csv (closed loop)",
-         "Run haptid missing with all joints.", "identification.json"],
+        ["joint 2", "above noise the model lacks something", "4.28 mrad", "23.7", "d.csv (validate)",
+         "Run haptid missing on this joint.", "identification.json"],
+        ["all joints", "unexplained more is left than the parameters leave open", "7.8 mrad (joint 4)", "26",
+         "all.csv (closed loop)", "Run haptid missing with all joints.", "identification.json"],
     ]  # fmt: skip
 
 

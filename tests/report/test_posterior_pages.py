@@ -10,13 +10,16 @@ import pytest
 
 from haptid.report.posterior.foreign_page import foreign_posterior_page
 from haptid.report.posterior.page import posterior_page
+from haptid.support.tables import text_of
 from haptid.uq.foreign.infer import Band, ForeignPosterior
+from haptid.uq.job.summary import tell_posterior
 from haptid.uq.prediction.choice import Scored
 from haptid.uq.prediction.next_run import NextRun
 from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.arviz_door import Diagnostics, LeaveOneOut
 from haptid.uq.result.posterior import Posterior
-from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.result.record import parameter_json
+from haptid.uq.result.summary import Limit, ParameterSummary
 from haptid.uq.sampling.sampling import Sample
 from tests.report.known import INERTIA, STIFFNESS, T, known_equations, known_run
 from tests.report.reading import Seen, ends_of_area, heights, render
@@ -183,7 +186,7 @@ def test_the_first_screen_has_a_line_for_each_joint():
     assert table.header[1:5] == ["sampler", "known to ±10 %", "best known", "least known"]
     assert table.rows[1:] == [
         ["joint 4", "sound", "1 of 2", "inertia ±5.2 %", "Ks ±29 %", "Use the intervals.", "joint4.nc posterior.json"],
-        ["joint 2", "short", "2 of 2", "Ks ±3.6 %", "inertia ±5.2 %", "Sample longer where the ends matter.",
+        ["joint 2", "short", "2 of 2", "Ks ±3.6 %", "inertia ±5.2 %", "Run without --quick where the ends matter.",
          "joint2.nc posterior.json"],
     ]  # fmt: skip
     assert set(files) <= set(page.links)
@@ -193,6 +196,44 @@ def test_disagreeing_ensembles_are_named():
     page = render(posterior_page, [replace(POSTERIOR, modes=2)], title="An arm", synthetic=False, footer=[])
     assert "Do not use joint 4: independent ensembles disagree." in page.paragraphs[0]
     assert "The ensembles found 2 separate modes." in page.text
+
+
+RESTLESS = replace(INERTIA_KNOWN, diagnostics=replace(INERTIA_KNOWN.diagnostics, rhat=1.029))
+TOO_SHORT = replace(SHORT, parameters=(RESTLESS, STIFF))
+
+
+def test_chains_of_one_mode_that_are_too_short_are_called_so_and_not_searched_for_modes():
+    page = render(posterior_page, [POSTERIOR, TOO_SHORT], title="An arm", synthetic=False, footer=[])
+    assert page.paragraphs[0].startswith(
+        "Do not use joint 2 yet: the chains are too short. Run without --quick. 3 of 4"
+    )
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    row = table.row("joint 2")
+    assert row["sampler"] == "too short"
+    assert row["what to do next"].startswith("Do not use these intervals yet: run haptid posterior without --quick.")
+    assert page.table("All joints").row("2")["sampler"] == "too short"
+    assert "disagree" not in page.paragraphs[0]
+
+
+def test_terminal_and_files_say_the_same_word_of_the_chains_at_the_head():
+    lines = text_of(tell_posterior(TOO_SHORT)).splitlines()
+    assert lines[1].startswith("  too short: ")
+    assert "not settled" in lines[-1]
+    assert text_of(tell_posterior(POSTERIOR)).splitlines()[1] == "  Verdict on inertia."
+
+
+def test_a_parameter_at_a_bound_has_a_limit_in_place_of_a_width():
+    limit = Limit(side="below", value=1.23e-5, bound=0.0)
+    stiffness = replace(KS_KNOWN, contraction=0.01, limit=limit)
+    at_zero = replace(POSTERIOR, parameters=(INERTIA_KNOWN, stiffness, SCATTER_KNOWN))
+    page = render(posterior_page, [at_zero], title="An arm", synthetic=False, footer=[])
+    assert page.paragraphs[0] == (
+        "1 of 2 parameters are known to better than ±10 % (95 %). None is set by its prior. "
+        "At a bound, so that the data give a limit: Ks of joint 4 (below 1.2e-05 N m/rad)."
+    )
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.row("joint 4")["least known"] == "Ks below 1.2e-05 N m/rad"
+    assert parameter_json(stiffness)["limit"] == {"side": "below", "value": 1.23e-5, "probability": 0.95}
 
 
 def test_the_widths_are_those_of_95_per_cent(page):
@@ -264,4 +305,7 @@ def test_an_fmu_s_posterior_has_its_intervals_and_its_coverage():
 
 def test_chains_that_have_not_settled_are_named():
     page = render(foreign_posterior_page, replace(FOREIGN, modes=2), [])
-    assert page.paragraphs[0].startswith("The chains have not settled")
+    assert page.paragraphs[0].startswith("Ensembles disagree: Independent ensembles found different posteriors.")
+    short = replace(FOREIGN, sample=replace(FOREIGN.sample, reached=False))
+    page = render(foreign_posterior_page, short, [])
+    assert page.paragraphs[0].startswith("Short: The ensembles agree")

@@ -13,7 +13,7 @@ from haptid.discrepancy.verdict.verdict import Verdict
 from haptid.identification.result.outcome import Outcome
 from haptid.report.common.page import Cell, Page, Section, Table, word_cell
 from haptid.report.common.stored_page import read_page, write_page
-from haptid.report.common.words import FITS, STATUSES, VERDICTS, WORDS
+from haptid.report.common.words import FITS, PLAIN_WORDS, STATUSES, VERDICTS, WORDS
 from tests.report.reading import seen
 
 REFERENCE = Path(outcomes.PAGE)
@@ -59,6 +59,18 @@ def test_a_word_of_a_page_links_to_its_meaning_in_the_page():
     assert shown.text.count(WORDS["fit-above_noise"].meaning) == 1
     assert WORDS["fit-above_noise"].action in shown.text
     assert WORDS["fit-converged"].meaning not in shown.text
+
+
+def test_the_first_screen_has_plain_words_beside_what_is_jargon():
+    glance = Table(header=["verdict"], rows=[[word_cell("fit", "lonely")], [word_cell("fit", "converged")]])
+    shown = seen(replace(page_with(("fit", "lonely")), glance=glance).html)
+    (first,) = [table for table in shown.tables if table.section == ""]
+    assert first.rows[1:] == [["lonely reached by one start alone, above the noise"], ["converged"]]
+    assert shown.table("s").rows[1:] == [["lonely"]]
+
+
+def test_plain_words_are_of_words_that_there_are():
+    assert set(PLAIN_WORDS) <= set(WORDS)
 
 
 def test_a_word_that_is_not_known_is_text_alone():

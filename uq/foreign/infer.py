@@ -22,6 +22,7 @@ from haptid.support.errors import InputError
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.foreign.density import normal_approximation
 from haptid.uq.foreign.source import Calibrated, with_finite_bounds
+from haptid.uq.result.sampler_state import SamplerState, state_of
 from haptid.uq.result.summary import ParameterSummary, chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
@@ -89,9 +90,14 @@ class ForeignPosterior:
         return max(p.diagnostics.rhat for p in self.parameters)
 
     @property
+    def state(self) -> SamplerState:
+        """What the chains are worth."""
+        return state_of(self.sample, self.worst_rhat, self.modes)
+
+    @property
     def sound(self) -> bool:
         """Whether the ensembles agree and their autocorrelation time is known."""
-        return self.sample.reached and self.worst_rhat < THRESHOLDS.least_rhat_of_disagreement and self.modes == 1
+        return self.state == "sound"
 
     def values(self) -> Array:
         """Convert all draws to the values of the FMU's variables.

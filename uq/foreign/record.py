@@ -11,6 +11,7 @@ from haptid.support.tables import Told
 from haptid.uq.foreign.infer import ForeignPosterior
 from haptid.uq.result.arviz_door import write_netcdf
 from haptid.uq.result.record import SCHEMA, parameter_json, write_draws
+from haptid.uq.result.sampler_state import tell_state
 
 
 def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
@@ -40,6 +41,7 @@ def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
         "intervals": "equal-tailed",
         "joints": [],
         "sound": posterior.sound,
+        "state": posterior.state,
         "parameters": {name: parameter_json(p) for name, p in zip(names, posterior.parameters, strict=True)},
         "sampling": {
             "ensembles": drawn.chain.shape[0],
@@ -158,11 +160,12 @@ def tell_summary(posterior: ForeignPosterior) -> Told:
         Lines; the first names the FMU.
     """
     drawn = posterior.sample
-    known = "settled" if drawn.reached else "the chain is too short to settle it: final figures without --quick"
+    known = "settled" if drawn.reached else "not settled"
     least = min(p.diagnostics.ess_bulk for p in posterior.parameters)
     agreement = f"R̂ {posterior.worst_rhat:.3f}, ESS {least:.0f}"
     sampler = f"τ {drawn.tau.max():.1f} steps ({known}), {agreement}, {posterior.wall_s:.0f} s"
-    lines = [posterior.calibrated.campaign.model.name, *(f"  {p.verdict}" for p in posterior.parameters)]
+    lines = [posterior.calibrated.campaign.model.name, *tell_state(posterior.state)]
+    lines += [f"  {p.verdict}" for p in posterior.parameters]
     for band in posterior.bands:
         lines.append(f"  {band.run.file} ({band.run.use}): {band.covered[0.95]:.0%} of the readings in the 95 % band")
     return [*lines, f"  sampler: {sampler}"]

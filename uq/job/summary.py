@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from haptid.support.tables import Table, Told
 from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.sampler_state import tell_state
 
 HEADER = ("parameter", "median", "95 % interval", "unit", "what is known")
 
@@ -19,16 +20,18 @@ def tell_posterior(posterior: Posterior) -> Told:
     Returns
     -------
     list
-        A line for the joint, a table with a row a parameter (a sentence each in plain text), a line on the sampler.
+        A line for the joint, one on chains that are not sound, a table with a row a parameter (a sentence each in plain
+        text), a line on the sampler.
     """
     sample = posterior.sample
     rows = []
     for p in posterior.parameters:
         low, high = p.intervals[0.95]
         rows.append((p.id, f"{p.median:.4g}", f"{low:.4g} to {high:.4g}", p.unit, p.verdict))
-    known = "settled" if sample.reached else "the chain is too short to settle it: final figures without --quick"
+    known = "settled" if sample.reached else "not settled"
     return [
         f"joint {posterior.joint} ({posterior.chosen.model.words})",
+        *tell_state(posterior.state),
         Table(header=HEADER, rows=rows, plain="\n".join(f"  {p.verdict}" for p in posterior.parameters)),
         f"  sampler: τ {sample.tau.max():.1f} steps ({known}), R̂ {posterior.worst_rhat:.3f}, "
         f"ESS {min(p.diagnostics.ess_bulk for p in posterior.parameters):.0f}, {posterior.wall_s:.0f} s",

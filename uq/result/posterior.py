@@ -10,9 +10,9 @@ from haptid.uq.prediction.choice import Scored
 from haptid.uq.prediction.next_run import NextRun
 from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.arviz_door import LeaveOneOut
+from haptid.uq.result.sampler_state import SamplerState, state_of
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.sampling.sampling import Sample
-from haptid.uq.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,11 +85,11 @@ class Posterior:
         return max(p.diagnostics.rhat for p in self.parameters)
 
     @property
-    def agree(self) -> bool:
-        """Whether the ensembles agree: R̂ is small, and all sample the same mode."""
-        return self.worst_rhat < THRESHOLDS.least_rhat_of_disagreement and self.modes == 1
+    def state(self) -> SamplerState:
+        """What the chains are worth."""
+        return state_of(self.sample, self.worst_rhat, self.modes)
 
     @property
     def sound(self) -> bool:
         """Whether the ensembles agree and their autocorrelation time is known."""
-        return self.sample.reached and self.agree
+        return self.state == "sound"

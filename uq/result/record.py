@@ -179,6 +179,7 @@ def as_json(posterior: Posterior, data: str = "") -> dict[str, Any]:
     return {
         "joint": posterior.joint,
         "sound": posterior.sound,
+        "state": posterior.state,
         "data": data,
         "residual": posterior.residual,
         "correlation": correlation_json(posterior),
@@ -261,5 +262,6 @@ def parameter_json(p: ParameterSummary) -> dict[str, Any]:
         "ess_bulk": p.diagnostics.ess_bulk,
         "ess_tail": p.diagnostics.ess_tail,
         "mcse_mean": p.diagnostics.mcse_mean,
+        "limit": None if p.limit is None else {"side": p.limit.side, "value": p.limit.value, "probability": 0.95},
         "verdict": p.verdict,
     }

@@ -6,6 +6,7 @@ Each summary compares posterior and prior, so that a reader sees which parameter
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +15,25 @@ from haptid.uq.density.coordinates import Coordinates, prior_words
 from haptid.uq.result.arviz_door import Diagnostics, diagnose
 from haptid.uq.sampling.sampling import Sample
 from haptid.uq.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limit:
+    """One-sided limit on a parameter whose posterior piles up at a bound.
+
+    Parameters
+    ----------
+    side
+        Side of the value on which the parameter lies: ``below`` where the lower bound is the one that it piles up at.
+    value
+        Limit with a probability of 95 %, in the parameter's unit.
+    bound
+        Bound that it piles up at, in the parameter's unit.
+    """
+
+    side: Literal["below", "above"]
+    value: float
+    bound: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,13 +51,16 @@ class ParameterSummary:
     intervals
         Equal-tailed intervals by level, in the parameter's unit.
     contraction
-        Posterior over prior standard deviation, in the coordinate in which it was sampled [1].
+        Posterior over prior standard deviation [1]: the smaller of that of the value and that of the coordinate in
+        which it was sampled. In a logarithm, what is piled up at a bound of 0 is as wide as its prior.
     overlap
-        ∫ min(prior, posterior), in the same coordinate [1]: 1 where the data hold no information.
+        ∫ min(prior, posterior), in the coordinate in which it was sampled [1]: 1 where the data hold no information.
     diagnostics
         Convergence diagnostics of the untransformed value.
     verdict
         Sentence on how well the parameter is known.
+    limit
+        What the data say of a parameter whose posterior piles up at a bound of its prior; None for any other.
     """
 
     id: str
@@ -52,6 +75,7 @@ class ParameterSummary:
     overlap: float
     diagnostics: Diagnostics
     verdict: str
+    limit: Limit | None = None
 
 
 def chains_of(sample: Sample) -> Array:
@@ -96,15 +120,21 @@ def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator
     chains = chains_of(sample)
     values = coordinates.values(chains)
     prior = coordinates.draw(rng, 4000)
+    prior_values = coordinates.values(prior)
     words = [prior_words(q) for q in coordinates.free] + [h.prior.words for h in coordinates.hyper]
     texts = [q.description for q in coordinates.free] + [h.description for h in coordinates.hyper]
+    eta_bounds = np.stack(coordinates.bounds(), axis=-1)
     made = []
     for i, (id, unit) in enumerate(zip(coordinates.names, coordinates.units, strict=True)):
         x, eta = values[..., i], chains[..., i]
         intervals = {
             p: tuple(np.quantile(x, [(1 - p) / 2, (1 + p) / 2]).tolist()) for p in THRESHOLDS.probability_contents
         }
-        contraction = float(eta.std() / prior[:, i].std())
+        # A value that piles up at 0 is as wide as its prior in the logarithm, and far narrower in its own unit.
+        contraction = float(min(eta.std() / prior[:, i].std(), x.std() / prior_values[:, i].std()))
+        limit = None
+        if i < len(coordinates.free):  # the noise model's bounds are far wider than its priors
+            limit = _limit_at_bound(x, eta, (coordinates.free[i].lower, coordinates.free[i].upper), eta_bounds[i])
         overlap = _overlap(eta.ravel(), prior[:, i])
         made.append(
             ParameterSummary(
@@ -119,7 +149,8 @@ def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator
                 contraction=contraction,
                 overlap=overlap,
                 diagnostics=diagnose(x),
-                verdict=_verdict(id, unit, float(np.median(x)), intervals[0.95], contraction),
+                verdict=_verdict(id, unit, float(np.median(x)), intervals[0.95], contraction, limit),
+                limit=limit,
             )
         )
     return tuple(made)
@@ -137,16 +168,71 @@ def _overlap(posterior: Array, prior: Array) -> float:
     return float(np.minimum(p / p.sum(), q / q.sum()).sum())
 
 
-def _verdict(id: str, unit: str, median: float, interval: tuple[float, float], contraction: float) -> str:
+def _limit_at_bound(values: Array, eta: Array, bounds: tuple[float, float], eta_bounds: Array) -> Limit | None:
+    """Return the limit on a parameter that piles up at a bound, in its own unit or in the coordinate of the sampler.
+
+    The bounds are given in both. An upper bound shows in the logarithm, a lower bound of 0 in the value alone.
+    """
+    for part, (lower, upper) in ((values, bounds), (eta, eta_bounds)):
+        low, high = np.quantile(part, [0.025, 0.975])
+        most = THRESHOLDS.largest_distance_to_bound_over_reach
+        if low - lower < most * (high - lower):
+            return Limit(side="below", value=float(np.quantile(values, 0.95)), bound=float(bounds[0]))
+        if upper - high < most * (upper - low):
+            return Limit(side="above", value=float(np.quantile(values, 0.05)), bound=float(bounds[1]))
+    return None
+
+
+def _verdict(
+    id: str, unit: str, median: float, interval: tuple[float, float], contraction: float, limit: Limit | None
+) -> str:
     low, high = interval
     # The order counts: a scatter is judged by its size alone, and an interval that is the prior's says nothing about 0.
     if id.endswith("_scatter") or id == "model_error":
         return _scatter_verdict(id, unit, median, interval)
     if contraction > THRESHOLDS.largest_std_over_prior_std:
-        return f"{id} is set by its prior: the data narrow it to {contraction:.0%} of the prior's width."
+        return f"{id} is set by its prior: {_compare_to_prior(contraction)}."
+    if limit is not None:
+        return f"{id} {_place_of(limit, unit)}: with 95 % it is {limit_words(limit, unit)}."
     if low < 0 < high:
         return f"{id} cannot be told from 0: its 95 % interval is {low:.3g} to {high:.3g}."
     return f"{id} is known to ±{percent((high - low) / 2 / abs(median))} (95 %)."
+
+
+def _compare_to_prior(contraction: float) -> str:
+    # Of a parameter that the data do not touch, draws of posterior and prior differ by chance.
+    if contraction > 0.95:
+        return "its interval is as wide as without the data"
+    return f"its interval is {percent(contraction)} as wide as without the data"
+
+
+def _place_of(limit: Limit, unit: str) -> str:
+    if limit.bound == 0:
+        return "cannot be told from 0"
+    side = "lower" if limit.side == "below" else "upper"
+    return f"lies at its {side} bound of {_with_unit(limit.bound, unit)}"
+
+
+def limit_words(limit: Limit, unit: str) -> str:
+    """Write a one-sided limit, as in below 1.3e-05 N m/rad.
+
+    Parameters
+    ----------
+    limit
+        Limit of a parameter.
+    unit
+        Unit of the parameter.
+
+    Returns
+    -------
+    str
+        Side, and the value with two digits and its unit.
+    """
+    return f"{limit.side} {_with_unit(limit.value, unit)}"
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.2g}" if unit == "1" else f"{value:.2g} {unit}"
 
 
 def _scatter_verdict(id: str, unit: str, median: float, interval: tuple[float, float]) -> str:

@@ -162,6 +162,7 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
     names = {data["effects"][0]["id"], *(id for a in data["alternatives"] for id in a["ids"])}
     assert names == {"tendon_slack", "backlash"}
     assert "nor would any other" in data["sentence"]
+    assert "Either serves" in data["sentence"]
     assert data["next_experiment"]["separation_over_noise"] == 0.0
     assert "no run within these limits" in data["next_experiment"]["run"]
     assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False).html

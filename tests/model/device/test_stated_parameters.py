@@ -40,7 +40,10 @@ def test_default_values_are_taken(name):
     [
         ({"inertia": {}}, "inertia: expected initial, bounds, a prior or a fixed value, got an empty table"),
         ({"inertia": {"initial": 1e-3, "fixed": 2e-3}}, "expected fixed alone, got fixed with initial; keep one"),
-        ({"inertia": {"fixed": -1.0}}, "expected fixed from 1e-10 to 100000 (M_ii at the locked posture, SI units)"),
+        (
+            {"inertia": {"fixed": -1.0}},
+            "from 1e-10 to 100000 (inertia at the joint in the posture of the test, SI units)",
+        ),
         ({"Kp": {"fixed": 0.0}}, "got 0; it must be positive"),
         ({"Kp": {"fixed": 1e300}}, "got 1e+300; check its unit"),
         ({"epos": {"fixed": -1e300}}, "got -1e+300; check its unit"),
