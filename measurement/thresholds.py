@@ -56,6 +56,9 @@ class Thresholds:
     longest_gap_in_run_rows: float = 3.5
     """Longest time over the usual row interval [1] across which a run goes on where rows are missing: the torque of two
     missing rows is held, that of more is not known."""
+    share_of_usual_intervals: float = 0.99
+    """Share of the row intervals [1] up to whose length an interval is usual: a gap is longer by the factor above.
+    Where rows come at irregular times, every hundredth interval is so long that no gap shows beside it."""
     least_rows_of_part: int = 50
     """Fewest rows of a part between two gaps that becomes a run [1], as many as show the noise."""
     least_share_of_part: float = 0.02

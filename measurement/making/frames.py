@@ -17,6 +17,7 @@ from haptid.measurement.making.prepared import describe_campaign, prepare_tables
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warn
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.support.errors import InputError
@@ -42,7 +43,7 @@ def campaign_from_frames(
     Returns
     -------
     Campaign
-        As `read_campaign` returns one, not yet ready for fits.
+        As `read_campaign` returns one, not yet ready for fits; its remarks say what was done to the tables.
 
     Raises
     ------
@@ -52,7 +53,7 @@ def campaign_from_frames(
     Warns
     -----
     CampaignWarning
-        As `read_campaign`.
+        As `read_campaign`; also where a position is counted on and a run is cut.
     """
     device, loaded = _device_of(answers)
     known = replace(
@@ -65,9 +66,13 @@ def campaign_from_frames(
     if joints:
         content["joint"] = _with_statements(content.get("joint", {}), joints)
     tables = {one.file: table_of(one.file, one.frame) for one in prepared}
-    return campaign_from(
+    campaign = campaign_from(
         TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: tables[name], loaded
     )
+    told = tuple(f"{one.file}: {sentence}" for one in prepared for sentence in one.about)
+    for sentence in told:
+        warn(sentence)
+    return campaign.but(remarks=told)
 
 
 def _with_statements(found: Mapping[str, Any], joints: Mapping[int, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

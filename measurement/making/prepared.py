@@ -88,13 +88,12 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     answers
         What the user states.
     mend
-        Whether rows that cannot be used are left out, and positions counted on where they wrap. What a program hands on
-        is not mended, as nobody would read that it was.
+        Whether rows that cannot be used are left out. A program's rows are all used, or refused.
 
     Returns
     -------
     list of PreparedTable
-        One a table, or several where rows are missing in it.
+        One a table, or several where rows are missing in it. Positions are counted on where they wrap.
 
     Raises
     ------
@@ -106,16 +105,19 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
     ]
-    if not mend:
-        uses = ["validate" if table.file_name in answers.validate else "fit" for table in tables]
-        rows = zip(named, understood, uses, strict=True)
-        return [_prepare(usable, targets, answers, use=use) for usable, targets, use in rows]
+    taken = {table.file_name for table in tables}
     prepared = []
-    for table, targets, usable in zip(tables, understood, without_shared_rows(named), strict=True):
+    for table, targets, usable in zip(tables, understood, without_shared_rows(named) if mend else named, strict=True):
         use = "validate" if table.file_name in answers.validate else "fit"
-        whole = counted_on(usable, _position_names(usable.table), answers.resolution)
-        prepared += [_prepare(part, targets, answers, use=use) for part in cut_at_gaps(whole)]
+        for part in cut_at_gaps(_count_on(usable, answers), taken):
+            taken.add(part.table.file_name)
+            # Once more: across a gap a joint may turn so far that no jump of the whole run tells of a wrap.
+            prepared.append(_prepare(_count_on(part, answers), targets, answers, use=use))
     return prepared
+
+
+def _count_on(usable: UsableTable, answers: Answers) -> UsableTable:
+    return counted_on(usable, _position_names(usable.table), answers.resolution)
 
 
 def _counted_from_zero(
@@ -141,10 +143,6 @@ def _counted_from_zero(
         factors = {column: target.factor for column, target in targets.items()}
         shifted.append({c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c})
     return shifted
-
-
-def _one_less(found: re.Match[str]) -> str:
-    return f"_{int(found.group(1)) - 1}"
 
 
 def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:

@@ -235,6 +235,28 @@ def test_a_wrong_argument_is_named(frames, arguments, told):
     assert "--" not in str(caught.value)
 
 
+def test_positions_that_wrap_are_counted_on_and_told(frames):
+    wrapped = {
+        name: frame.assign(**{"Angle 0 (deg)": frame["Angle 0 (deg)"] % 360.0}) for name, frame in frames.items()
+    }
+    with pytest.warns(CampaignWarning, match=r"^[abc]: position_0_rad counted on where it wraps"):
+        campaign = Campaign.from_frames(wrapped, validate=["c"])
+    plain = Campaign.from_frames(frames, validate=["c"])
+    assert "b: position_0_rad counted on where it wraps by 6.283 rad" in campaign.remarks
+    assert campaign.summary().travel_rad.to_numpy() == pytest.approx(plain.summary().travel_rad.to_numpy())
+
+
+def test_a_run_with_lost_rows_is_cut_and_told(frames):
+    lost = {**frames, "b": frames["b"].drop(index=range(100, 130))}
+    with pytest.warns(CampaignWarning, match=r"^b_1: cut where rows are missing, into 2 runs"):
+        campaign = Campaign.from_frames(lost, validate=["c"])
+    assert [run.file for run in campaign.runs] == ["a", "b_1", "b_2", "c"]
+    assert "b_1: cut where rows are missing, into 2 runs" in campaign.remarks
+    with pytest.warns(CampaignWarning, match="cut where"):
+        kept = Campaign.from_frames(lost, validate=["b"])
+    assert [run.file for run in kept.runs if run.use == "validate"] == ["b_1", "b_2"]
+
+
 def test_unknown_columns_are_kept_with_a_python_warning(frames):
     strange = {**frames, "a": frames["a"].assign(mood=1.0)}
     with pytest.warns(CampaignWarning, match="columns that the format does not know are kept and not used: mood"):

@@ -52,6 +52,8 @@ def test_a_counter_that_wraps_is_counted_on(tmp_path: Path):
         # A spike of a turn is no wrap: the reading does not go on from it as the motion did.
         (np.where(np.arange(T.size) == 700, ANGLE + 9.0, ANGLE), True, None, 0.0),
         (np.where(T > 1.5, ANGLE + 4.0, ANGLE), True, None, 0.0),
+        # A reference that goes to a turn at once has gone there.
+        (np.where(T > 1.5, 2.0 * math.pi, 0.0), True, None, 0.0),
     ],
 )
 def test_only_a_jump_by_a_period_is_a_wrap(y: np.ndarray, turns: bool, step: float | None, period: float):
