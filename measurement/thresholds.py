@@ -99,6 +99,9 @@ class Thresholds:
     """Least time between rows [s]: no joint is sampled faster."""
     longest_row_interval_s: float = 0.5
     """Median time between rows [s] above which a joint's friction can no longer be resolved."""
+    shortest_likely_row_interval_s: float = 1e-4
+    """Median time between rows [s] below which a time without a unit is not in seconds: joints are logged at 10 kHz at
+    most, and hours or minutes are closer."""
     longest_usual_row_interval_s: float = 0.0501
     """Median time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
     longest_gap_s: float = 10.0

@@ -76,7 +76,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     odd = find_odd_sensors(estimates)
     made = []
     for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
-        shared = [*_lost_rows(run), *(table[run.file] for table in between if run.file in table)]
+        shared = [*_few_rows(run), *_lost_rows(run), *(table[run.file] for table in between if run.file in table)]
         sentences, doubts = [], []
         for column, joint in enumerate(run.free_joints):
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
@@ -114,6 +114,14 @@ def _stillness(run: Run, full: Run, column: int) -> list[str]:
         least = f"{THRESHOLDS.least_travel_over_noise:.0f}"
         found.append(f"the joint hardly moves: its travel is below {least} times the sensor noise")
     return found
+
+
+def _few_rows(run: Run) -> list[str]:
+    """Return that a run is too short to show its noise, as after a slice too many."""
+    least = THRESHOLDS.least_differences_of_noise
+    if run.t.size >= least:
+        return []
+    return [f"only {run.t.size} rows, {run.t[-1]:.3g} s: fewer than {least} do not show the noise; is a part lost?"]
 
 
 def _lost_rows(run: Run) -> list[str]:

@@ -14,6 +14,7 @@ from haptid.measurement.format.reading import campaign_from
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.prepared import describe_campaign, prepare_tables
+from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
@@ -61,18 +62,25 @@ def campaign_from_frames(
         device=answers.device if loaded is None else loaded,
         closed=frozenset(int(joint) for joint, table in joints.items() if "controller" in table),
     )
-    prepared = prepare_tables([table_of(name, frame) for name, frame in frames.items()], known, mend=False)
+    tables, told = [], []
+    for name, frame in frames.items():
+        table, column = assume_seconds(with_seconds(table_of(name, frame), answers.stated)[0], answers.stated)
+        tables.append(table)
+        if column:
+            told.append(f"{name}: column {column!r} is taken for seconds, as it has no unit; columns= states another")
+    prepared = prepare_tables(tables, known, mend=False)
     content = describe_campaign(prepared, answers, device)
     if joints:
         content["joint"] = _with_statements(content.get("joint", {}), joints)
-    tables = {one.file: table_of(one.file, one.frame) for one in prepared}
+    by_file = {one.file: table_of(one.file, one.frame) for one in prepared}
     campaign = campaign_from(
-        TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: tables[name], loaded
+        TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: by_file[name], loaded
     )
-    told = tuple(f"{one.file}: {sentence}" for one in prepared for sentence in one.about)
+    for one in prepared:
+        told += [f"{one.file}: {sentence}" for sentence in one.about]
     for sentence in told:
         warn(sentence)
-    return campaign.but(remarks=told)
+    return campaign.but(remarks=tuple(told))
 
 
 def _with_statements(found: Mapping[str, Any], joints: Mapping[int, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

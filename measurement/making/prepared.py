@@ -31,6 +31,7 @@ from haptid.model.device.reader import load_device
 TORQUE_COLUMNS = ("torque_{}_Nm", "force_{}_N", "current_{}_A")
 DRIVE_COLUMNS = {"voltage": "voltage_{}_V", "duty": "duty_{}"}
 """Column by the kind of a drive that makes the torque."""
+SUPPLY = "supply_V"
 NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
 """The joint's number in a name of the campaign format."""
 DECIMALS_OF_POSTURE = 6
@@ -285,6 +286,40 @@ def _drives(prepared: Sequence[PreparedTable]) -> dict[int, str]:
                 if form.format(joint) in one.frame:
                     found[joint] = kind
     return found
+
+
+def lack_supply(prepared: Sequence[PreparedTable]) -> list[str]:
+    """Find the tables with a duty that do not say of which voltage it is a share.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+
+    Returns
+    -------
+    list of str
+        Names of the tables.
+    """
+    return [one.file for one in prepared if "duty" in _drives([one]).values() and SUPPLY not in one.frame]
+
+
+def with_supply(prepared: Sequence[PreparedTable], volts: float) -> list[PreparedTable]:
+    """Write a constant supply into the tables that lack one.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    volts
+        Supply of the drives [V].
+
+    Returns
+    -------
+    list of PreparedTable
+    """
+    lacking = lack_supply(prepared)
+    return [replace(one, frame=one.frame.assign(**{SUPPLY: volts})) if one.file in lacking else one for one in prepared]
 
 
 def describe(prepared: Sequence[PreparedTable]) -> list[str]:
