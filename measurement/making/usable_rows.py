@@ -258,7 +258,9 @@ def cut_at_gaps(usable: UsableTable, taken: Collection[str] = ()) -> list[Usable
     parts = [rows for rows in np.split(np.arange(t.size), cuts) if rows.size >= least]
     if cuts.size == 0 or not parts:
         return [usable]
-    said = (*usable.about, f"cut where rows are missing, into {len(parts)} run{'s' * (len(parts) > 1)}")
+    dropped = t.size - sum(rows.size for rows in parts)
+    cut = f"cut where rows are missing, into {len(parts)} run{'s' * (len(parts) > 1)}"
+    said = (*usable.about, cut, *([f"{dropped} rows of shorter parts dropped"] if dropped else []))
     names = (_part_name(usable.table.file_name, number) for number in itertools.count(1))
     free_names = (name for name in names if name not in taken)
     result = []
