@@ -15,6 +15,8 @@ from haptid.support.listener import Listener
 
 ARGUMENTS = {"out": "folder", "map": "columns", "with": "findings", "free": "joint", "effects": "own_effects"}
 """Argument of the API by option of the commands, where their names differ."""
+_MAPS = re.compile(r"--map '[^']*'(?: --map '[^']*')*")
+_MAP = re.compile(r"'([^']*)=([^'=]*)'")
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
 _COMMAND = re.compile(r"haptid [a-z]|python -m ")
 
@@ -39,7 +41,14 @@ def errors_name_arguments() -> Iterator[None]:
 def _name_arguments(text: str, tail: str = "") -> str:
     if _COMMAND.search(text):  # a command that the user may type keeps its options
         return text
+    text = _MAPS.sub(lambda found: _columns_argument(found[0]), text)
     return _OPTION.sub(lambda found: ARGUMENTS.get(found[1], found[1].replace("-", "_")) + tail, text)
+
+
+def _columns_argument(maps: str) -> str:
+    """Return ``--map 'a=b' --map 'c=d'`` as the argument of a call."""
+    pairs = ", ".join(f'"{column}": "{target}"' for column, target in _MAP.findall(maps))
+    return f"columns={{{pairs}}}"
 
 
 @contextmanager

@@ -117,7 +117,8 @@ class Campaign:
         frames
             Tables by the name of their run, or in a list (then ``run0``, ``run1`` …). Columns are those of a run's
             file: ``time_s``, ``torque_<j>_Nm``, ``position_<j>_rad``; names such as ``Angle (deg)`` or ``tau1_mNm`` are
-            understood and converted. The index counts for nothing.
+            understood and converted. The index counts for nothing. A time may be numbers, dates or durations. Positions
+            are counted on where they wrap, and a run is cut where rows are lost, into ``<name>_1``, ``<name>_2`` ….
         device
             Built-in name, path of a device TOML or URDF, a loaded `Device`, or ``single_joint`` for any one joint.
         measured
@@ -156,7 +157,8 @@ class Campaign:
         Warns
         -----
         CampaignWarning
-            See `read`.
+            See `read`; also for each position that is counted on, each run that is cut, and a time without a unit that
+            is taken for seconds. These stand in `remarks`, too.
         """
         tables = dict(frames) if isinstance(frames, Mapping) else {f"run{k}": one for k, one in enumerate(frames)}
         with errors_name_arguments():

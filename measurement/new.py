@@ -18,7 +18,6 @@ from haptid.measurement.commands import init as main
 from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
-from haptid.measurement.making.dates import with_seconds
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.prepared import (
@@ -27,7 +26,9 @@ from haptid.measurement.making.prepared import (
     describe,
     describe_campaign,
     describe_drives,
+    lack_supply,
     prepare_tables,
+    with_supply,
 )
 from haptid.measurement.making.questions import (
     ask_columns,
@@ -35,9 +36,11 @@ from haptid.measurement.making.questions import (
     ask_facts,
     ask_noise,
     ask_step,
+    ask_supply,
     assume_facts,
     assume_validation,
 )
+from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
@@ -81,14 +84,16 @@ def make_campaign(
     refuse_overwrite(out)
     stated = parse_map(maps)
     tables, layouts = _tables(folder, stated)
+    tables, timed = _assume_seconds(tables, stated)
     yes, assumed = bool(flags.pop("yes", False)), list[str]()
     asks, given = _can_ask() and not yes, dict(flags)
     if yes:
         given, assumed = assume_facts(folder, tables, given)
     elif not asks:
         given, assumed = assume_validation(tables, given)
+    assumed += timed
     answers = _answers(folder, tables, given, stated, asks=asks)
-    prepared = prepare_tables(tables, answers)
+    prepared = _with_supply(prepare_tables(tables, answers), answers.supply, asks=asks)
     _refuse_absent_joints(prepared, str(answers.device))
     answers = _with_constant(answers, prepared, asks=asks)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -173,6 +178,15 @@ def _with_seconds(table: Table, layout: str, stated: Collection[str]) -> tuple[T
     return table, ", ".join(words for words in (layout, dates) if words)
 
 
+def _assume_seconds(tables: list[Table], stated: dict[str, Target]) -> tuple[list[Table], list[str]]:
+    """Return the tables with times in seconds where no unit is known, and a sentence on each name of such a time."""
+    read = [assume_seconds(table, stated) for table in tables]
+    columns = dict.fromkeys(column for _, column in read if column)
+    return [table for table, _ in read], [
+        f"{column!r} is in seconds (in milliseconds: --map '{column}=time_s*0.001')" for column in columns
+    ]
+
+
 def _layout_lines(read: list[tuple[Table, str]]) -> list[str]:
     """Return a line on each layout that is not that of the campaign format, with the tables that have it."""
     files: dict[str, list[str]] = {}
@@ -217,15 +231,7 @@ def _answers(
         where = "--measured or --synthetic"
         todo = "say whether a device was measured or the data were simulated"
         raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
-    constant = flags["torque_constant"]
-    if constant is not None and not 0.0 < abs(constant) < float("inf"):
-        raise InputError("--torque-constant", expected="a number of N m/A or N/A, not 0", got=f"{constant:g}")
-    if flags["resistance"] is not None and not 0.0 < flags["resistance"] < float("inf"):
-        raise InputError("--resistance", expected="a number of ohms above 0", got=f"{flags['resistance']:g}")
-    for name in ("noise", "resolution"):
-        if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
-            where = f"--{name}"
-            raise InputError(where, expected="a number of rad, at least 0", got=f"{flags[name]:g}")
+    _check_numbers(flags)
     return Answers(
         title=flags["title"] or folder.resolve().name,
         device=find_device(flags["device"] or SINGLE_JOINT, folder),
@@ -236,9 +242,25 @@ def _answers(
         validate=select_runs(flags["validate"], names),
         free=parse_joints(flags["free"], "--free"),
         stated=stated,
-        torque_constant=constant,
+        torque_constant=flags["torque_constant"],
         resistance=flags["resistance"],
+        supply=flags["supply"],
     )
+
+
+def _check_numbers(flags: dict[str, Any]) -> None:
+    """Refuse numbers that no motor and no sensor has."""
+    constant = flags["torque_constant"]
+    if constant is not None and not 0.0 < abs(constant) < float("inf"):
+        raise InputError("--torque-constant", expected="a number of N m/A or N/A, not 0", got=f"{constant:g}")
+    if flags["resistance"] is not None and not 0.0 < flags["resistance"] < float("inf"):
+        raise InputError("--resistance", expected="a number of ohms above 0", got=f"{flags['resistance']:g}")
+    if flags["supply"] is not None and not 0.0 < flags["supply"] < float("inf"):
+        raise InputError("--supply", expected="a number of volts above 0", got=f"{flags['supply']:g}")
+    for name in ("noise", "resolution"):
+        if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
+            where = f"--{name}"
+            raise InputError(where, expected="a number of rad, at least 0", got=f"{flags[name]:g}")
 
 
 def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: bool) -> Answers:
@@ -253,6 +275,22 @@ def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: boo
     todo = f"state it by --torque-constant [{unit}]; 1 where nobody knows it: masses and friction are then in amperes"
     where = f"current_{joint}_A"
     raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
+
+
+def _with_supply(prepared: list[PreparedTable], volts: float | None, *, asks: bool) -> list[PreparedTable]:
+    """Return the tables with the stated supply, where a duty was recorded without one."""
+    lacking = lack_supply(prepared)
+    if volts is not None and not lacking:
+        got = "tables that hold their supply, or no duty"
+        raise InputError("--supply", expected="a duty without a column supply_V", got=got, todo="leave it out")
+    if not lacking:
+        return prepared
+    if volts is None and not asks:
+        todo = (
+            "state the voltage of the motor's amplifier by --supply [V], or name its column by --map 'COLUMN=supply_V'"
+        )
+        raise InputError(lacking[0], expected="the supply of which a duty is a share", got="a duty alone", todo=todo)
+    return with_supply(prepared, ask_supply() if volts is None else volts)
 
 
 def _refuse_absent_joints(prepared: list[PreparedTable], device: str) -> None:

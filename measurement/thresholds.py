@@ -56,6 +56,9 @@ class Thresholds:
     longest_gap_in_run_rows: float = 3.5
     """Longest time over the usual row interval [1] across which a run goes on where rows are missing: the torque of two
     missing rows is held, that of more is not known."""
+    share_of_usual_intervals: float = 0.99
+    """Share of the row intervals [1] up to whose length an interval is usual: a gap is longer by the factor above.
+    Where rows come at irregular times, every hundredth interval is so long that no gap shows beside it."""
     least_rows_of_part: int = 50
     """Fewest rows of a part between two gaps that becomes a run [1], as many as show the noise."""
     least_share_of_part: float = 0.02
@@ -96,6 +99,9 @@ class Thresholds:
     """Least time between rows [s]: no joint is sampled faster."""
     longest_row_interval_s: float = 0.5
     """Median time between rows [s] above which a joint's friction can no longer be resolved."""
+    shortest_likely_row_interval_s: float = 1e-4
+    """Median time between rows [s] below which a time without a unit is not in seconds: joints are logged at 10 kHz at
+    most, and hours or minutes are closer."""
     longest_usual_row_interval_s: float = 0.0501
     """Median time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
     longest_gap_s: float = 10.0

@@ -28,11 +28,14 @@ class InputError(HaptidError):
     exit_code = 2
 
     def __init__(self, where: str, *, expected: str, got: str, todo: str = "") -> None:
-        parts = [one_line(part) for part in (where, expected, got, todo)]
+        *parts, remedy = [one_line(part) for part in (where, expected, got, todo)]
         # The room of the four parts is the line's length less that of the words between them.
-        self.where, self.expected, self.got, self.todo = _fit_into_room(
-            parts, LONGEST - len(_line("", "", "", "x")) + 1
-        )
+        room = LONGEST - len(_line("", "", "", "x")) + 1
+        if len(remedy) <= room // 2:  # what to type stays whole; the rest is recognised by its ends
+            self.where, self.expected, self.got = _fit_into_room(parts, room - len(remedy))
+            self.todo = remedy
+        else:
+            self.where, self.expected, self.got, self.todo = _fit_into_room([*parts, remedy], room)
         super().__init__(_line(self.where, self.expected, self.got, self.todo))
 
     def __reduce__(self) -> tuple[object, ...]:

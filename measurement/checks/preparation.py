@@ -95,7 +95,7 @@ def ready_for_fits(campaign: Campaign) -> Campaign:
     Parameters
     ----------
     campaign
-        As `read_campaign` returns it.
+        As `read_campaign` returns it; the remarks that it has already come first.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def ready_for_fits(campaign: Campaign) -> Campaign:
     """
     prepared = prepare_campaign(campaign)
     # Remarks are on the campaign as it was read: the prepared one no longer shows which noise was stated.
-    return prepared.but(remarks=tuple(remark_lines(remarks_of(campaign))))
+    return prepared.but(remarks=(*campaign.remarks, *remark_lines(remarks_of(campaign))))
 
 
 def tell_remarks(campaign: Campaign, listener: Listener) -> None:

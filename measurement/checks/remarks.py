@@ -17,6 +17,7 @@ from haptid.measurement.checks.torque_scale import off_scale
 from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
+from haptid.measurement.signals.gaps import find_gaps
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
@@ -75,7 +76,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     odd = find_odd_sensors(estimates)
     made = []
     for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
-        shared = [table[run.file] for table in between if run.file in table]
+        shared = [*_few_rows(run), *_lost_rows(run), *(table[run.file] for table in between if run.file in table)]
         sentences, doubts = [], []
         for column, joint in enumerate(run.free_joints):
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
@@ -115,6 +116,29 @@ def _stillness(run: Run, full: Run, column: int) -> list[str]:
     return found
 
 
+def _few_rows(run: Run) -> list[str]:
+    """Return that a run is too short to show its noise, as after a slice too many."""
+    least = THRESHOLDS.least_differences_of_noise
+    if run.t.size >= least:
+        return []
+    return [f"only {run.t.size} rows, {run.t[-1]:.3g} s: fewer than {least} do not show the noise; is a part lost?"]
+
+
+def _lost_rows(run: Run) -> list[str]:
+    """Return where the recorder lost rows, which a fit simulates across all the same."""
+    gaps = np.flatnonzero(find_gaps(run.t))
+    if gaps.size == 0:
+        return []
+    intervals = run.t[gaps] - run.t[gaps - 1]
+    longest = int(np.argmax(intervals))
+    begin = run.t[gaps[longest] - 1] + run.start_time
+    count = f"{gaps.size} gaps, the longest" if gaps.size > 1 else "a gap"
+    return [
+        f"{count} of {intervals[longest]:.3g} s after {begin:.4g} s: rows are missing, and no torque is known in "
+        "between; make a run of each part, as haptid init does"
+    ]
+
+
 def _circumstances(run: Run, column: int) -> list[str]:
     """Return what any fit of one joint of a run has to know, and does."""
     found = []
@@ -123,7 +147,8 @@ def _circumstances(run: Run, column: int) -> list[str]:
     sign = position_control(run, column)
     if sign:
         found.append(f"{sign}: recorded under position control, an open-loop simulation from the torque would drift")
-    if float(np.diff(run.t).max()) > 5 * float(np.median(np.diff(run.t))):
+    # Where rows come at irregular times, a long interval is no lost row.
+    if not find_gaps(run.t).any() and float(np.diff(run.t).max()) > 5 * float(np.median(np.diff(run.t))):
         row = int(np.argmax(np.diff(run.t)))
         found.append(f"a gap of {np.diff(run.t).max():.3g} s after {run.t[row] + run.start_time:.4g} s")
     if run.v is not None and abs(run.v[0, column]) > 0.1 * float(np.abs(run.v[:, column]).max()):

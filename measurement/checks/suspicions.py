@@ -1,7 +1,7 @@
 """Look for slips of units, signs and columns in one run: `Run` in, remarks with their remedies out, no refusal.
 
-Looked for are degrees for radians, milliseconds for seconds, thousandths of torque's unit, a wrong sign of torque,
-clipped readings, and a stated noise that the rows contradict.
+Looked for are degrees for radians, angles that begin anew after a turn, milliseconds for seconds, thousandths of
+torque's unit, a wrong sign of torque, clipped readings, and a stated noise that the rows contradict.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.checks.limits import Limits
+from haptid.measurement.making.usable_rows import wrap_period
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.signals.noise import contrasts, robust_std
 from haptid.measurement.thresholds import THRESHOLDS
@@ -43,6 +44,7 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
     """
     checks = (
         _degrees(run, estimated, column, limits.travel),
+        _wrapping(run, column),
         _milliseconds(run),
         _thousandths(run, column, limits.torque),
         _power(run, column),
@@ -64,6 +66,12 @@ def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> s
     if step > 0 and _is_power_of_two(360.0 / step) and not _is_power_of_two(2 * np.pi / step):
         return f"the position's step is 360/{round(360.0 / step)}: {remedy}"
     return ""
+
+
+def _wrapping(run: Run, column: int) -> str:
+    """Look for an angle that begins anew after each turn."""
+    period = wrap_period(run.y[:, column], turns=not run.prismatic[column], step=None)
+    return f"the position wraps by {period:.4g} rad: count it on over the jumps, as haptid init does" if period else ""
 
 
 def _is_power_of_two(counts: float) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptid.measurement.format.drives import StatedDrive
+from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -91,6 +92,10 @@ def read_drive(
     if drive.is_closed:
         columns = {REFERENCE: f"reference_{joint}_{'m' if slides else 'rad'}"} | columns
         columns.pop(drive.kind)
+    if SUPPLY in columns and columns[SUPPLY] not in table.columns:
+        todo = advice(columns[SUPPLY], table.columns)
+        todo = todo or "add it: the voltage of the motor's amplifier in every row, the same number where it is constant"
+        raise InputError(table.header, expected="a column supply_V beside a duty", got="none", todo=todo)
     inputs = {id: table.numbers(name) for id, name in columns.items()}
     if SUPPLY in inputs:
         _check(table, columns[SUPPLY], inputs[SUPPLY], inputs[SUPPLY] > 0, "a positive supply voltage")

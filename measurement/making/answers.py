@@ -50,6 +50,8 @@ class Answers:
         recorded in place of the torque; None where it is not stated.
     resistance
         Resistance of the winding [ohm], of the joints whose voltage or duty was recorded; None where it is not stated.
+    supply
+        Voltage of which a recorded duty is a share [V], in tables without a column of it; None where it is not stated.
     """
 
     title: str
@@ -64,6 +66,7 @@ class Answers:
     closed: frozenset[int] = frozenset()
     torque_constant: float | None = None
     resistance: float | None = None
+    supply: float | None = None
 
 
 def propose_device(folder: Path) -> str:

@@ -14,9 +14,11 @@ from haptid.measurement.format.reading import campaign_from
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.prepared import describe_campaign, prepare_tables
+from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warn
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.support.errors import InputError
@@ -42,7 +44,7 @@ def campaign_from_frames(
     Returns
     -------
     Campaign
-        As `read_campaign` returns one, not yet ready for fits.
+        As `read_campaign` returns one, not yet ready for fits; its remarks say what was done to the tables.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def campaign_from_frames(
     Warns
     -----
     CampaignWarning
-        As `read_campaign`.
+        As `read_campaign`; also where a position is counted on and a run is cut.
     """
     device, loaded = _device_of(answers)
     known = replace(
@@ -60,14 +62,25 @@ def campaign_from_frames(
         device=answers.device if loaded is None else loaded,
         closed=frozenset(int(joint) for joint, table in joints.items() if "controller" in table),
     )
-    prepared = prepare_tables([table_of(name, frame) for name, frame in frames.items()], known, mend=False)
+    tables, told = [], []
+    for name, frame in frames.items():
+        table, column = assume_seconds(with_seconds(table_of(name, frame), answers.stated)[0], answers.stated)
+        tables.append(table)
+        if column:
+            told.append(f"{name}: column {column!r} is taken for seconds, as it has no unit; columns= states another")
+    prepared = prepare_tables(tables, known, mend=False)
     content = describe_campaign(prepared, answers, device)
     if joints:
         content["joint"] = _with_statements(content.get("joint", {}), joints)
-    tables = {one.file: table_of(one.file, one.frame) for one in prepared}
-    return campaign_from(
-        TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: tables[name], loaded
+    by_file = {one.file: table_of(one.file, one.frame) for one in prepared}
+    campaign = campaign_from(
+        TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: by_file[name], loaded
     )
+    for one in prepared:
+        told += [f"{one.file}: {sentence}" for sentence in one.about]
+    for sentence in told:
+        warn(sentence)
+    return campaign.but(remarks=tuple(told))
 
 
 def _with_statements(found: Mapping[str, Any], joints: Mapping[int, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -24,6 +24,47 @@ POSITION = re.compile(rf"position_({JOINT})_(?:rad|m)")
 
 SHARE_OF_TORQUE = re.compile(r"(?=.*(?:torque|tau|effort|moment))(?=.*(?:%|per ?cent))", re.IGNORECASE)
 """Names of a torque in per cent."""
+
+
+_ALONE = r"(?<![a-z]){}(?![a-z])"
+"""Pattern of letters that are a word of a name."""
+LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
+    "time": (
+        (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
+        (_ALONE.format("(?:[uµμ]s|usec|micros[a-z]*)"), "time_s*1e-06"),
+        (_ALONE.format("(?:ns|nsec|nanos[a-z]*)"), "time_s*1e-09"),
+        (_ALONE.format("(?:s|sec|seconds?)"), "time_s"),
+        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*0.001"),
+    ),
+    "torque": (
+        (r"mn[ ·*]?m(?!m)|n[ ·*]?mm", "torque_{}_Nm*0.001"),
+        (r"lbf?[ ·*]?ft|ft[ ·*]?lb", "torque_{}_Nm*1.35582"),
+        (r"ozf?[ ·*]?in", "torque_{}_Nm*0.00706155"),
+        (r"kgf?[ ·*]?cm", "torque_{}_Nm*0.0980665"),
+        (r"force", "force_{}_N"),
+        (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
+        (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}", "current_{}_A"),
+        (r"volt", "voltage_{}_V"),
+        (r"duty|pwm", "duty_{}"),
+        (rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}", "torque_{}_Nm"),
+    ),
+    "position": (
+        (r"mrad", "position_{}_rad*0.001"),
+        (r"rad", "position_{}_rad"),
+        (_ALONE.format("mm"), "position_{}_m*0.001"),
+        (r"turns|rev", "position_{}_rad*6.28319"),
+        (rf"deg|°|angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*0.0174533"),
+    ),
+}
+"""By signal: patterns of names that it is likely under, and the column of the campaign format with the factor.
+
+The first match decides. A time without a unit that comes so far is none in seconds, and an angle without one is likely
+in degrees: radians are mostly said.
+"""
+
+
+LONGEST_REMEDY = 120
+"""Most characters of a remedy with an example for each signal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,9 +191,47 @@ def free_joints(
         if not driven:
             _refuse_share_of_torque(columns, file)
         parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
-        lacking = [word for there, word in parts if not there] or ["torque and position of one joint"]
-        todo = f"no {', no '.join(lacking)}: use --map 'tau=torque_0_Nm'"
+        lacking = [word for there, word in parts if not there]
+        todo = _how_to_name(lacking, columns, driven | seen) if lacking else _which_joints(driven, seen, only)
         raise InputError(
             file, expected="columns time_s, torque_<j>_Nm, position_<j>_rad", got=", ".join(columns), todo=todo
         )
     return tuple(sorted(found_joints))
+
+
+def _how_to_name(lacking: Sequence[str], columns: Sequence[str], joints: Collection[int]) -> str:
+    """Say how to name the columns of signals that are lacking: those of the table that are likely meant."""
+    joint = min(joints, default=0)
+    unknown = [column for column in columns if not KNOWN.fullmatch(column)]
+    named, examples, added = [], [], []
+    for signal in lacking:
+        likely = [(column, goal) for column in unknown if (goal := _likely_goal(signal, column))]
+        if likely:
+            column, goal = likely[0]
+            unknown.remove(column)
+            named.append(f"--map '{column}={goal.format(joint)}'")
+            continue
+        name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
+        if unknown:
+            examples.append(f"--map '{unknown.pop(0)}={name}'")
+        else:
+            added.append(name)
+    ways = (("use", " ".join(named)), ("name a column, as in", " ".join(examples)), ("add", " and ".join(added)))
+    lack = f"no {', no '.join(lacking)}"
+    whole = f"{lack}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
+    # A cut name helps nobody: where all do not fit, one shows how.
+    return whole if len(whole) <= LONGEST_REMEDY else f"{lack}: name them, as in {[*named, *examples, *added][0]}"
+
+
+def _likely_goal(signal: str, column: str) -> str:
+    """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
+    return next((goal for form, goal in LIKELY_COLUMNS[signal] if re.search(form, column, re.IGNORECASE)), "")
+
+
+def _which_joints(driven: Collection[int], seen: Collection[int], only: tuple[int, ...] | None) -> str:
+    torques, positions = (", ".join(map(str, sorted(joints))) for joints in (driven, seen))
+    alone = "" if only is None else f", free are to be {', '.join(map(str, only))} alone"
+    return (
+        f"no torque and position of one joint: torques of {torques}, positions of {positions}{alone}; "
+        "give both one number by --map"
+    )

@@ -31,6 +31,7 @@ from haptid.model.device.reader import load_device
 TORQUE_COLUMNS = ("torque_{}_Nm", "force_{}_N", "current_{}_A")
 DRIVE_COLUMNS = {"voltage": "voltage_{}_V", "duty": "duty_{}"}
 """Column by the kind of a drive that makes the torque."""
+SUPPLY = "supply_V"
 NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
 """The joint's number in a name of the campaign format."""
 DECIMALS_OF_POSTURE = 6
@@ -88,13 +89,12 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     answers
         What the user states.
     mend
-        Whether rows that cannot be used are left out, and positions counted on where they wrap. What a program hands on
-        is not mended, as nobody would read that it was.
+        Whether rows that cannot be used are left out. A program's rows are all used, or refused.
 
     Returns
     -------
     list of PreparedTable
-        One a table, or several where rows are missing in it.
+        One a table, or several where rows are missing in it. Positions are counted on where they wrap.
 
     Raises
     ------
@@ -106,16 +106,19 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
     ]
-    if not mend:
-        uses = ["validate" if table.file_name in answers.validate else "fit" for table in tables]
-        rows = zip(named, understood, uses, strict=True)
-        return [_prepare(usable, targets, answers, use=use) for usable, targets, use in rows]
+    taken = {table.file_name for table in tables}
     prepared = []
-    for table, targets, usable in zip(tables, understood, without_shared_rows(named), strict=True):
+    for table, targets, usable in zip(tables, understood, without_shared_rows(named) if mend else named, strict=True):
         use = "validate" if table.file_name in answers.validate else "fit"
-        whole = counted_on(usable, _position_names(usable.table), answers.resolution)
-        prepared += [_prepare(part, targets, answers, use=use) for part in cut_at_gaps(whole)]
+        for part in cut_at_gaps(_count_on(usable, answers), taken):
+            taken.add(part.table.file_name)
+            # Once more: across a gap a joint may turn so far that no jump of the whole run tells of a wrap.
+            prepared.append(_prepare(_count_on(part, answers), targets, answers, use=use))
     return prepared
+
+
+def _count_on(usable: UsableTable, answers: Answers) -> UsableTable:
+    return counted_on(usable, _position_names(usable.table), answers.resolution)
 
 
 def _counted_from_zero(
@@ -141,10 +144,6 @@ def _counted_from_zero(
         factors = {column: target.factor for column, target in targets.items()}
         shifted.append({c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c})
     return shifted
-
-
-def _one_less(found: re.Match[str]) -> str:
-    return f"_{int(found.group(1)) - 1}"
 
 
 def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:
@@ -287,6 +286,40 @@ def _drives(prepared: Sequence[PreparedTable]) -> dict[int, str]:
                 if form.format(joint) in one.frame:
                     found[joint] = kind
     return found
+
+
+def lack_supply(prepared: Sequence[PreparedTable]) -> list[str]:
+    """Find the tables with a duty that do not say of which voltage it is a share.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+
+    Returns
+    -------
+    list of str
+        Names of the tables.
+    """
+    return [one.file for one in prepared if "duty" in _drives([one]).values() and SUPPLY not in one.frame]
+
+
+def with_supply(prepared: Sequence[PreparedTable], volts: float) -> list[PreparedTable]:
+    """Write a constant supply into the tables that lack one.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    volts
+        Supply of the drives [V].
+
+    Returns
+    -------
+    list of PreparedTable
+    """
+    lacking = lack_supply(prepared)
+    return [replace(one, frame=one.frame.assign(**{SUPPLY: volts})) if one.file in lacking else one for one in prepared]
 
 
 def describe(prepared: Sequence[PreparedTable]) -> list[str]:

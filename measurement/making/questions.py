@@ -161,6 +161,18 @@ def ask_step() -> float:
     return step
 
 
+def ask_supply() -> float:
+    """Ask for the supply, without which a duty says nothing of a voltage.
+
+    Returns
+    -------
+    float
+        Voltage of the motor's amplifier [V], above 0.
+    """
+    volts: float = click.prompt("Supply of the motor's amplifier [V]", type=click.FloatRange(min=0, min_open=True))
+    return volts
+
+
 def ask_constant(key: str) -> float:
     """Ask for the torque of an ampere, without which a current says nothing of a torque.
 

@@ -35,12 +35,13 @@ UNITS: dict[str, tuple[str, float]] = {
 """Unit of the campaign format, and how many of it one of the user's unit is, by the user's unit."""
 
 QUANTITIES: dict[str, str] = {
-    "time": "time", "t": "time", "timestamp": "time", "stamp": "time",
+    "time": "time", "t": "time", "timestamp": "time", "stamp": "time", "elapsed": "time",
     "position": "position", "pos": "position", "angle": "position", "q": "position", "theta": "position",
     "encoder": "position",
     "velocity": "velocity", "vel": "velocity", "speed": "velocity", "omega": "velocity", "qd": "velocity",
     "dq": "velocity",
     "torque": "torque", "tau": "torque", "effort": "torque", "force": "force", "current": "current",
+    "i": "current",
     "voltage": "voltage", "duty": "duty", "pwm": "duty", "temperature": "temperature", "temp": "temperature",
     "supply": "supply", "reference": "reference", "setpoint": "reference", "goal": "reference",
     "desired": "reference", "target": "reference",

@@ -3,14 +3,16 @@
 1. Leave out rows in which a needed cell is empty, and rows that repeat the time of the row before.
 2. Leave out rows that an earlier table has as well (`without_shared_rows`): loggers that begin a new file overlap.
 3. Count a position on where its counter wraps: a jump by a whole period between two rows is no motion (`counted_on`).
-4. Cut where rows are missing for longer than a few rows: no torque is known there (`cut_at_gaps`).
+4. Cut where rows are missing for longer than a few rows, left out above or lost by the recorder: no torque is known
+   there (`cut_at_gaps`).
 
 A table in which anything else is at fault stays as it is, so that the error of the later reading names its line.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +20,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.signals.gaps import find_gaps
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -40,7 +43,7 @@ class UsableTable:
     table
         Its rows, all cells that are needed filled.
     lost
-        Whether rows are missing before each row, shape (n_t,).
+        Whether rows were left out before each row, shape (n_t,).
     about
         What was done to it, in words for the user; empty where nothing.
     """
@@ -163,7 +166,8 @@ def wrap_period(y: Array, *, turns: bool, step: float | None) -> float:
     -------
     float
         A turn, or a power of two of the step; 0 where the reading does not jump by one of them. After the jump the
-        motion goes on as before it, at no more than `THRESHOLDS.largest_step_at_wrap` times its fastest row.
+        motion goes on as before it, at no more than `THRESHOLDS.largest_step_at_wrap` times its fastest row. A
+        reference that rests but for steps of a turn does not move, and does not wrap.
     """
     candidates = [TURN] if turns else []
     if step:
@@ -178,7 +182,7 @@ def wrap_period(y: Array, *, turns: bool, step: float | None) -> float:
         usual = float(np.abs(d[~jumps]).max())
         after = np.abs(d[jumps] - period * np.round(d[jumps] / period))
         limit = max(THRESHOLDS.largest_step_at_wrap * usual, step or 0.0)
-        if np.all(np.abs(np.round(d[jumps] / period)) == 1.0) and after.max() <= limit < period / 2.0:
+        if usual > 0.0 and np.all(np.abs(np.round(d[jumps] / period)) == 1.0) and after.max() <= limit < period / 2.0:
             return period
     return 0.0
 
@@ -229,13 +233,15 @@ def _less(later: UsableTable, earlier: UsableTable) -> UsableTable:
     return UsableTable(table=replace(later.table, frame=frame), lost=lost, about=(*later.about, said))
 
 
-def cut_at_gaps(usable: UsableTable) -> list[UsableTable]:
+def cut_at_gaps(usable: UsableTable, taken: Collection[str] = ()) -> list[UsableTable]:
     """Cut a table where rows are missing for longer than a few rows.
 
     Parameters
     ----------
     usable
         Table whose columns have the names of the campaign format.
+    taken
+        Names of all tables, which no part may get.
 
     Returns
     -------
@@ -243,21 +249,24 @@ def cut_at_gaps(usable: UsableTable) -> list[UsableTable]:
         Parts named ``<file>_1``, ``<file>_2`` …; parts that are too short to show anything are left out. The
         table itself where no rows are missing or no part is long enough.
     """
-    if not usable.lost.any():
-        return [usable]
     t = usable.table.loosely("time_s")
     gaps = np.diff(t, prepend=t[0])
     usual = float(np.median(gaps[1:]))
-    cuts = np.flatnonzero(usable.lost & (gaps > THRESHOLDS.longest_gap_in_run_rows * usual))
+    left_out = usable.lost & (gaps > THRESHOLDS.longest_gap_in_run_rows * usual)
+    cuts = np.flatnonzero(left_out | find_gaps(t))
     least = max(THRESHOLDS.least_rows_of_part, THRESHOLDS.least_share_of_part * t.size)
     parts = [rows for rows in np.split(np.arange(t.size), cuts) if rows.size >= least]
     if cuts.size == 0 or not parts:
         return [usable]
-    said = (*usable.about, f"cut where rows are missing, into {len(parts)} run{'s' * (len(parts) > 1)}")
+    dropped = t.size - sum(rows.size for rows in parts)
+    cut = f"cut where rows are missing, into {len(parts)} run{'s' * (len(parts) > 1)}"
+    said = (*usable.about, cut, *([f"{dropped} rows of shorter parts dropped"] if dropped else []))
+    names = (_part_name(usable.table.file_name, number) for number in itertools.count(1))
+    free_names = (name for name in names if name not in taken)
     result = []
-    for number, rows in enumerate(parts, start=1):
+    for number, (rows, name) in enumerate(zip(parts, free_names, strict=False), start=1):
         frame = usable.table.frame.iloc[rows].reset_index(drop=True)
-        table = replace(usable.table, frame=frame, file=_part_name(usable.table.file_name, number))
+        table = replace(usable.table, frame=frame, file=name)
         result.append(UsableTable(table=table, lost=np.zeros(rows.size, dtype=bool), about=said if number == 1 else ()))
     return result
 

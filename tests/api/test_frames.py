@@ -235,6 +235,7 @@ def test_a_wrong_argument_is_named(frames, arguments, told):
     assert "--" not in str(caught.value)
 
 
+<<<<<<< HEAD
 @pytest.mark.parametrize(
     ("call", "told"),
     [
@@ -263,6 +264,73 @@ def test_a_folder_of_tables_names_the_command_that_an_installation_has(tmp_path)
     (tmp_path / "a.csv").write_text("time_s\n")
     with pytest.raises(InputError, match=r"; make it with haptid init .* --out NEW_FOLDER$"):
         Campaign.read(tmp_path)
+=======
+def test_positions_that_wrap_are_counted_on_and_told(frames):
+    wrapped = {
+        name: frame.assign(**{"Angle 0 (deg)": frame["Angle 0 (deg)"] % 360.0}) for name, frame in frames.items()
+    }
+    with pytest.warns(CampaignWarning, match=r"^[abc]: position_0_rad counted on where it wraps"):
+        campaign = Campaign.from_frames(wrapped, validate=["c"])
+    plain = Campaign.from_frames(frames, validate=["c"])
+    assert "b: position_0_rad counted on where it wraps by 6.283 rad" in campaign.remarks
+    assert campaign.summary().travel_rad.to_numpy() == pytest.approx(plain.summary().travel_rad.to_numpy())
+
+
+def test_a_run_with_lost_rows_is_cut_and_told(frames):
+    lost = {**frames, "b": frames["b"].drop(index=range(100, 130))}
+    with pytest.warns(CampaignWarning, match=r"^b_1: cut where rows are missing, into 2 runs"):
+        campaign = Campaign.from_frames(lost, validate=["c"])
+    assert [run.file for run in campaign.runs] == ["a", "b_1", "b_2", "c"]
+    assert "b_1: cut where rows are missing, into 2 runs" in campaign.remarks
+    with pytest.warns(CampaignWarning, match="cut where"):
+        kept = Campaign.from_frames(lost, validate=["b"])
+    assert [run.file for run in kept.runs if run.use == "validate"] == ["b_1", "b_2"]
+
+
+def test_a_run_of_few_rows_is_remarked(frames):
+    campaign = Campaign.from_frames({"a": frames["a"].iloc[:20], "b": frames["b"], "c": frames["c"]}, validate=["c"])
+    (remark,) = [remark for remark in campaign.remarks if "rows" in remark]
+    assert remark.startswith("a, joint 0: only 20 rows, 0.038 s: fewer than 50 do not show the noise")
+
+
+@pytest.mark.parametrize("unit", ["datetime64[ns]", "timedelta64[ns]"])
+def test_a_time_of_pandas_is_seconds_from_the_first_row(frames, unit):
+    start = 1.7e12 if unit.startswith("datetime") else 0.0
+    timed = {name: frame.rename(columns={"t (ms)": "time"}) for name, frame in frames.items()}
+    timed = {
+        name: frame.assign(time=((start + frame["time"]) * 1e6).round().astype("int64").astype(unit))
+        for name, frame in timed.items()
+    }
+    campaign = Campaign.from_frames(timed, validate=["c"])
+    for run, other in zip(campaign.runs, Campaign.from_frames(frames, validate=["c"]).runs, strict=True):
+        assert run.t == pytest.approx(other.t, abs=1e-6)
+
+
+def test_a_time_without_unit_is_taken_for_seconds_and_told(frames):
+    bare = {"a": frames["a"].assign(**{"t (ms)": frames["a"]["t (ms)"] / 1e3}).rename(columns={"t (ms)": "t"})}
+    with pytest.warns(CampaignWarning, match=r"^a: column 't' is taken for seconds, as it has no unit"):
+        campaign = Campaign.from_frames(bare)
+    assert campaign.remarks[0].startswith("a: column 't' is taken for seconds")
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ({"Angle 0 (deg)": "Angle"}, 'no position: use columns={"Angle": "position_0_rad*0.0174533"}'),
+        (
+            {"Angle 0 (deg)": "Angle", "Torque 0 (Nmm)": "M"},
+            'use columns={"M": "torque_0_Nm", "Angle": "position_0_rad*0.0174533"}',
+        ),
+        ({"t (ms)": "Time"}, 'no time: use columns={"Time": "time_s*0.001"}'),
+        ({"Torque 0 (Nmm)": "Torque (lbf ft)"}, 'use columns={"Torque (lbf ft)": "torque_0_Nm*1.35582"}'),
+        ({"Torque 0 (Nmm)": "Torque 1 (Nmm)"}, "torques of 1, positions of 0; give both one number by columns="),
+    ],
+)
+def test_what_lacks_is_shown_as_python_with_a_column_of_the_table(frames, names, told):
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames({"a": frames["a"].rename(columns=names)})
+    assert str(caught.value).endswith(told)
+>>>>>>> front
 
 
 def test_unknown_columns_are_kept_with_a_python_warning(frames):

@@ -99,11 +99,14 @@ def test_new_warns_of_the_users_folder_and_not_of_its_draft(tables, tmp_path):
 @pytest.mark.parametrize(
     ("maps", "lacking"),
     [
-        (["ms=time_s*0.001", "deg=position_2_rad"], "; no torque: use --map 'tau=torque_0_Nm'"),
-        (["tau=torque_2_Nm", "deg=position_2_rad"], "; no time: use --map"),
+        (["ms=time_s*0.001", "deg=position_2_rad"], "; no torque: use --map 'tau=torque_2_Nm'\n"),
+        (["tau=torque_2_Nm", "deg=position_2_rad"], "; no time: use --map 'ms=time_s*0.001'\n"),
+        (["deg=position_2_rad"], "; no time, no torque: use --map 'ms=time_s*0.001' --map 'tau=torque_2_Nm'\n"),
+        (["ms=time_s*0.001", "tau=torque_2_Nm"], "; no position: use --map 'deg=position_2_rad*0.0174533'\n"),
+        (["ms=time_s*0.001", "deg=torque_1_Nm"], "; no position: name a column, as in --map 'tau=position_1_rad'\n"),
         (
             ["ms=time_s*0.001", "tau=torque_1_Nm", "deg=position_2_rad"],
-            "; no torque and position of one joint",
+            "; no torque and position of one joint: torques of 1, positions of 2; give both one number by --map\n",
         ),
     ],
 )
@@ -192,6 +195,55 @@ def test_new_asks_for_the_torque_of_an_ampere(tables, tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     assert "torque of an ampere: expected a number, not 0, got 'many'" in result.output
     assert "torque_constant_Nm_per_A = 0.25" in (tmp_path / "made" / "campaign.toml").read_text()
+
+
+@pytest.fixture
+def duties(tables):
+    """Tables of a duty, without its supply."""
+    for path in tables.iterdir():
+        frame = pd.read_csv(path)
+        frame.rename(columns={"ms": "time (ms)", "tau": "duty (%)", "deg": "angle (deg)"}).to_csv(path, index=False)
+    return tables
+
+
+def test_new_takes_the_supply_of_a_duty(duties, tmp_path):
+    result = run_new(duties, "--out", tmp_path / "made", "--yes")
+    assert result.exit_code == 2
+    assert "one.csv: expected the supply of which a duty is a share, got a duty alone; state" in result.stderr
+    assert "--supply [V]" in result.stderr
+    result = run_new(duties, "--out", tmp_path / "made", "--yes", "--supply", "24")
+    assert result.exit_code == 0, result.output
+    run = read_campaign(tmp_path / "made").runs[0]
+    assert np.all(run.drive_inputs["supply"] == 24.0)
+    assert np.abs(run.drive_inputs["duty"]).max() == pytest.approx(0.01)
+
+
+def test_new_asks_for_the_supply_of_a_duty(duties, tmp_path, monkeypatch):
+    monkeypatch.setattr(new, "_can_ask", lambda: True)
+    flags = ["--measured", "--title", "D", "--device", "single_joint", "--validate", "two.csv", "--noise", "1e-4"]
+    result = run_new(duties, "--out", tmp_path / "made", *flags, answers="0\n12\n")
+    assert result.exit_code == 0, result.output
+    assert np.all(read_campaign(tmp_path / "made").runs[0].drive_inputs["supply"] == 12.0)
+
+
+@pytest.mark.parametrize(("volts", "told"), [("-1", "a number of volts above 0"), ("12", "a duty without a column")])
+def test_new_refuses_a_supply_that_says_nothing(tables, tmp_path, volts, told):
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", "--supply", volts, *MAPS)
+    assert result.exit_code == 2
+    assert f"--supply: expected {told}" in result.stderr
+
+
+def test_new_takes_a_time_without_unit_for_seconds_and_says_so(tables, tmp_path):
+    for path in tables.iterdir():
+        frame = pd.read_csv(path)
+        frame.assign(ms=frame["ms"] / 1000).rename(columns={"ms": "Time"}).to_csv(path, index=False)
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *MAPS[2:])
+    assert result.exit_code == 0, result.output
+    assert "  'Time' is in seconds (in milliseconds: --map 'Time=time_s*0.001')\n" in result.stdout
+    assert read_campaign(tmp_path / "made").runs[0].t[1] == pytest.approx(0.005)
+    result = run_new(tables, "--out", tmp_path / "other", "--measured", "--map", "Time=time_s*0.001", *MAPS[2:])
+    assert "in seconds" not in result.stdout
+    assert read_campaign(tmp_path / "other").runs[0].t[1] == pytest.approx(5e-6)
 
 
 def test_new_does_not_overwrite(tables, folder):

@@ -106,7 +106,7 @@ def test_a_faulty_table_is_refused(tmp_path: Path, tables: str, words: str):
     ("tables", "columns", "words"),
     [
         (VOLTAGE, without("voltage_0_V"), "a column voltage_0_V"),
-        (DUTY, without("supply_V"), "a column supply_V"),
+        (DUTY, without("supply_V"), "a column supply_V beside a duty, got none; add it: the voltage"),
         (DUTY + LOOP, without("reference_0_rad"), "a column reference_0_rad"),
         (DUTY, {**without("supply_V"), "supply_mV": 7400.0 + T}, "supply_V.*supply_mV.*by 0.001"),
         (DUTY, {**COLUMNS, "duty_0": 100 * COLUMNS["duty_0"]}, "line 2, column duty_0.*from -1 to 1"),

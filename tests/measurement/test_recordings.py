@@ -385,7 +385,7 @@ def test_units_that_nothing_states_are_not_guessed(folder: Path):
     done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
     assert done.exit_code == 2
     assert "episode_000000: expected columns time_s, torque_<j>_Nm, position_<j>_rad" in done.output
-    assert "observation.state.shoulder.pos" in done.output
+    assert "name them, as in --map 'observation.effort.shoulder.pos=torque_0_Nm'" in done.output
 
 
 def test_damaged_data_sets_of_lerobot_are_refused_in_one_line(folder: Path):

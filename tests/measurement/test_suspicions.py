@@ -27,6 +27,9 @@ WORDS = (
     "never changes",
     "cell cut",
     "other runs",
+    "wraps by",
+    "rows are missing",
+    "do not show the noise",
 )
 
 
@@ -79,6 +82,7 @@ def test_little_friction_is_no_wrong_sign(seed: int):
     ("run", "word"),
     [
         (lambda t, u, y: a_run(t, u, 180 * y), "degrees?"),
+        (lambda t, u, y: a_run(t, u, np.mod(20 * y, 2 * np.pi)), "the position wraps by 6.283 rad"),
         (lambda t, u, y: a_run(1000 * t, u, y), "milliseconds?"),
         (lambda t, u, y: a_run(t, -u, y), "sign wrong"),
         (lambda t, u, y: a_run(t, y, u + 1e-6 * np.random.default_rng(1).standard_normal(t.size)), "columns swapped"),

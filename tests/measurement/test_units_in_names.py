@@ -21,6 +21,7 @@ DEG = math.pi / 180
         ("Joint 2 angle [°]", "position_2_rad", DEG),
         ("q1_rad", "position_1_rad", 1.0),
         ("q_3_mrad", "position_3_rad", 1e-3),
+        ("position_turns", "position_0_rad", 2 * math.pi),
         ("Position (mm)", "position_0_m", 1e-3),
         ("encoder counts", "position_0_rad", 0.002),
         ("position_2_counts", "position_2_rad", 0.002),
@@ -34,11 +35,13 @@ DEG = math.pi / 180
         ("commanded torque (Nm)", "torque_0_Nm", 1.0),
         ("Force (N)", "force_0_N", 1.0),
         ("motor current (mA)", "current_0_A", 1e-3),
+        ("i_mA", "current_0_A", 1e-3),
         ("pwm %", "duty_0", 1e-2),
         ("Supply (V)", "supply_V", 1.0),
         ("Motor temperature (°C)", "temperature_0_C", 1.0),
         ("time_ms", "time_s", 1e-3),
         ("Time (s)", "time_s", 1.0),
+        ("elapsed (s)", "time_s", 1.0),
         ("t_us", "time_s", 1e-6),
         ("timestamp (µs)", "time_s", 1e-6),
         ("velocity_0_deg_s", "velocity_0_rad_s", DEG),
@@ -52,7 +55,9 @@ def test_names_are_understood(name: str, known: str, factor: float):
     assert (target.name, target.factor) == (known, pytest.approx(factor, rel=1e-15))
 
 
-@pytest.mark.parametrize("name", ["tau", "deg", "ms", "M (Nm)", "x (mm)", "time", "torque (deg)", "q1 q2 rad", "", "7"])
+@pytest.mark.parametrize(
+    "name", ["tau", "deg", "ms", "M (Nm)", "x (mm)", "time", "torque (deg)", "i", "q1 q2 rad", "", "7"]
+)
 def test_what_is_not_sure_is_left_to_the_user(name: str):
     assert understand_column(name, step=0.002) is None
 

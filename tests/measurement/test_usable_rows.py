@@ -52,6 +52,8 @@ def test_a_counter_that_wraps_is_counted_on(tmp_path: Path):
         # A spike of a turn is no wrap: the reading does not go on from it as the motion did.
         (np.where(np.arange(T.size) == 700, ANGLE + 9.0, ANGLE), True, None, 0.0),
         (np.where(T > 1.5, ANGLE + 4.0, ANGLE), True, None, 0.0),
+        # A reference that goes to a turn at once has gone there.
+        (np.where(T > 1.5, 2.0 * math.pi, 0.0), True, None, 0.0),
     ],
 )
 def test_only_a_jump_by_a_period_is_a_wrap(y: np.ndarray, turns: bool, step: float | None, period: float):
@@ -66,6 +68,15 @@ def test_rows_without_numbers_are_left_out_and_long_gaps_cut(tmp_path: Path):
     assert [(run.file, run.t.size) for run in runs] == [("a_1.csv", 997), ("a_2.csv", 470)]
     assert runs[1].start_time == pytest.approx(T[1030])
     assert "without 33 rows with empty cells" in done.stderr + done.stdout
+    assert "dropped" not in done.stdout
+
+
+def test_parts_that_are_too_short_are_dropped_and_told(tmp_path: Path):
+    rows = table().drop(index=[*range(1000, 1030), *range(1050, 1060)])
+    done, runs = make(tmp_path, {"a.csv": rows}, "--resolution", STEP)
+    assert done.returncode == 0, done.stderr
+    assert [run.t.size for run in runs] == [1000, 440]
+    assert "cut where rows are missing, into 2 runs, 20 rows of shorter parts dropped" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -29,3 +29,10 @@ def test_what_is_long_gives_way_to_what_is_short() -> None:
     error = InputError("campaign.toml, line 3, title", expected="a text", got="x" * 5000, todo="shorten it")
     assert str(error).startswith("campaign.toml, line 3, title: expected a text, got xxx")
     assert str(error).endswith("xxx; shorten it")
+
+
+def test_a_remedy_of_up_to_half_a_line_stays_whole() -> None:
+    todo = "use --map 'observation.effort.shoulder.position=torque_0_Nm' --map 'angle of the left elbow=position_0_rad'"
+    error = InputError("/long" * 40, expected="columns time_s, torque_<j>_Nm", got="x, " * 100, todo=todo)
+    assert len(str(error)) <= LONGEST
+    assert str(error).endswith(f"; {todo}")

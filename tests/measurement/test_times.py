@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from haptid.measurement.making.dates import with_seconds
 from haptid.measurement.making.logged_table import read_logged_table
-from haptid.measurement.tables.table import read_table
+from haptid.measurement.making.mapping import Target
+from haptid.measurement.making.times import assume_seconds, with_seconds
+from haptid.measurement.tables.table import Table, read_table
 from haptid.support.errors import InputError
 
 ROWS = 12
@@ -47,6 +48,39 @@ def test_dates_of_parquet(tmp_path: Path):
     pd.DataFrame({"time": moments, "torque_0_Nm": 0.5}).to_parquet(tmp_path / "a.parquet")
     table, _ = with_seconds(read_table(tmp_path / "a.parquet"))
     np.testing.assert_allclose(table.numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
+
+
+def test_durations_of_parquet(tmp_path: Path):
+    durations = pd.to_timedelta(5.0 + 0.004 * np.arange(ROWS), unit="s")
+    table = Table(path=tmp_path, frame=pd.DataFrame({"time": durations, "torque_0_Nm": 0.5}), in_memory=True)
+    np.testing.assert_allclose(with_seconds(table)[0].numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("columns", "taken"),
+    [
+        ({"Time": 0.002}, "Time"),
+        ({"timestamp": 0.01}, "timestamp"),
+        ({"elapsed_time": 0.01, "torque_0_Nm": 1.0}, "elapsed_time"),
+        ({"t": 2.0}, ""),  # as milliseconds are
+        ({"t": 5e-7}, ""),  # as hours are
+        ({"t": -0.002}, ""),
+        ({"t": 0.002, "Time (ms)": 2.0}, ""),
+        ({"t": 0.002, "time_s": 0.002}, ""),
+        ({"t": 0.002, "time": 0.002}, ""),
+        ({"time_0": 0.002}, ""),
+        ({"clock drift": 0.002}, ""),
+        ({"stated": 0.002, "Time": 0.002}, ""),
+    ],
+)
+def test_a_time_without_a_unit_is_in_seconds_where_that_is_likely(
+    tmp_path: Path, columns: dict[str, float], taken: str
+):
+    frame = pd.DataFrame({name: 1.7e9 + step * np.arange(ROWS) for name, step in columns.items()})
+    table = Table(path=tmp_path, frame=frame, in_memory=True)
+    made, column = assume_seconds(table, {"stated": Target(name="time_s")} if "stated" in columns else {})
+    assert column == taken
+    assert list(made.columns) == ["time_s" if name == taken else name for name in columns]
 
 
 def test_a_cell_that_is_no_date_is_shown(tmp_path: Path):

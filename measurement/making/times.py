@@ -1,0 +1,110 @@
+"""Read a time whose column does not say its unit, as dates or as bare numbers: `Table` in, `Table` with seconds out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from haptid.measurement.making.mapping import Target
+from haptid.measurement.making.units_in_names import QUANTITIES, understand_column
+from haptid.measurement.tables.misnamed import looks_like_time
+from haptid.measurement.tables.table import ISO_DATE, Table
+from haptid.measurement.thresholds import THRESHOLDS
+from haptid.measurement.values.run import Array
+
+TIME = "time_s"
+
+
+def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str]:
+    """Return a table whose dates (ISO 8601, with the time of day) or durations are seconds from its first row.
+
+    Parameters
+    ----------
+    table
+        The user's table, its cells as text, numbers, dates or durations.
+    stated
+        Columns that the user names by ``--map``, which keep their names.
+
+    Returns
+    -------
+    table : Table
+        The table itself where it has no time in dates, or a time besides. A cell that is no date stays as it is, so
+        that the error of the later reading shows it.
+    layout : str
+        What was understood, in words; empty where nothing was.
+    """
+    dated = [column for column in table.columns if _holds_dates(table.frame[column])]
+    times = [column for column in dated if column in stated or column == TIME or _is_time(column)]
+    # Of several columns with dates only one with a time's name is the time.
+    chosen = times or (dated if not any(_is_time(column) for column in table.columns) else [])
+    if len(chosen) != 1:
+        return table, ""
+    (column,) = chosen
+    cells = table.frame[column]
+    if pd.api.types.is_timedelta64_dtype(cells.dtype):
+        moments = cells
+    else:
+        moments = pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")
+    if moments.notna().sum() == 0:
+        return table, ""
+    seconds = (moments - moments.dropna().iloc[0]).dt.total_seconds().astype(object)
+    seconds = seconds.where(moments.notna(), cells.astype(object))
+    name = column if column in stated else TIME
+    frame = table.frame.assign(**{column: seconds}).rename(columns={column: name})
+    return replace(table, frame=frame), f"dates in {column!r}, read as seconds from the first row"
+
+
+def assume_seconds(table: Table, stated: Mapping[str, Target]) -> tuple[Table, str]:
+    """Take a time without a unit for seconds, where its rows are as far apart as those of a joint may be in seconds.
+
+    Parameters
+    ----------
+    table
+        The user's table.
+    stated
+        Column of the format by column of the user's table, as the user states it.
+
+    Returns
+    -------
+    table : Table
+        The table itself where it has another time, several of that kind, or one that is not likely in seconds.
+    column : str
+        The user's name of the column; empty where nothing was assumed.
+    """
+    known = {target.name for target in stated.values()}
+    known |= {target.name for column in table.columns if (target := understand_column(column, 1.0)) is not None}
+    bare = [column for column in table.columns if _is_bare_time(column) and column not in stated]
+    if TIME in known or TIME in table.columns or len(bare) != 1 or not _may_be_seconds(table.loosely(bare[0])):
+        return table, ""
+    return replace(table, frame=table.frame.rename(columns={bare[0]: TIME})), bare[0]
+
+
+def _is_bare_time(column: str) -> bool:
+    """Whether a name is that of a time, without a unit."""
+    words = re.findall(r"[^\W_]+", column.lower())
+    return bool(words) and all(QUANTITIES.get(word) == "time" for word in words)
+
+
+def _may_be_seconds(t: Array) -> bool:
+    intervals = np.diff(t[np.isfinite(t)])
+    if intervals.size == 0 or np.any(intervals < 0.0):
+        return False
+    usual = float(np.median(intervals))
+    return THRESHOLDS.shortest_likely_row_interval_s <= usual <= THRESHOLDS.longest_usual_row_interval_s
+
+
+def _is_time(column: str) -> bool:
+    target = understand_column(column, 1.0)
+    return column == TIME or (target is not None and target.name == TIME) or looks_like_time(column)
+
+
+def _holds_dates(cells: pd.Series) -> bool:
+    """Whether the first filled cell is a date with the time of day, or a duration."""
+    if pd.api.types.is_datetime64_any_dtype(cells.dtype) or pd.api.types.is_timedelta64_dtype(cells.dtype):
+        return True
+    filled = cells.dropna()
+    return len(filled) > 0 and isinstance(filled.iloc[0], str) and ISO_DATE.fullmatch(filled.iloc[0]) is not None
