@@ -235,7 +235,6 @@ def test_a_wrong_argument_is_named(frames, arguments, told):
     assert "--" not in str(caught.value)
 
 
-<<<<<<< HEAD
 @pytest.mark.parametrize(
     ("call", "told"),
     [
@@ -264,7 +263,8 @@ def test_a_folder_of_tables_names_the_command_that_an_installation_has(tmp_path)
     (tmp_path / "a.csv").write_text("time_s\n")
     with pytest.raises(InputError, match=r"; make it with haptid init .* --out NEW_FOLDER$"):
         Campaign.read(tmp_path)
-=======
+
+
 def test_positions_that_wrap_are_counted_on_and_told(frames):
     wrapped = {
         name: frame.assign(**{"Angle 0 (deg)": frame["Angle 0 (deg)"] % 360.0}) for name, frame in frames.items()
@@ -330,7 +330,6 @@ def test_what_lacks_is_shown_as_python_with_a_column_of_the_table(frames, names,
     with pytest.raises(InputError) as caught:
         Campaign.from_frames({"a": frames["a"].rename(columns=names)})
     assert str(caught.value).endswith(told)
->>>>>>> front
 
 
 def test_unknown_columns_are_kept_with_a_python_warning(frames):
