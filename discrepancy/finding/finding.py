@@ -158,7 +158,8 @@ def find(
     if (best.solution.effects or found.law) and judgement.verdict in VERDICTS:
         tell("FMU and refit")
         refitted = refit(study, found, best.solution.effects, kind)
-        judgement = judgement.beside(refitted)
+        if judgement.verdict == "partly_named":
+            judgement = judgement.beside(refitted)
     before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
     groups = {"fit": (study.fitted, before_fit, after_fit)}
     if study.unseen:

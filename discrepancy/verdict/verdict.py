@@ -101,8 +101,8 @@ class Judgement:
         Parameters
         ----------
         refit
-            Fit of the model with the effects, through its FMU: from other initial states, and without a model of the
-            noise.
+            Fit of the model with the effects, through its FMU, from other initial states and without a model of the
+            noise: it tells something of a model that leaves more than noise alone.
 
         Returns
         -------
