@@ -35,16 +35,14 @@ def in_wider_range(s: Searcher, best: Trial) -> Closer | None:
     if not best.solution.effects:
         return None
     found: Closer | None = None
+    least = THRESHOLDS.candidate.least_gain_in_criterion
     for _ in range(IDENTIFICATION.most_widenings_of_bounds):
         study = stiffer_study(s.study, best.solution)
         if study is None:
             break
         s = replace(s, study=study, finished={})
         again = fit_again(s, best)
-        if not again.acceptable or best.candidate.criterion - again.candidate.criterion < _LEAST_GAIN:
+        if not again.acceptable or best.candidate.criterion - again.candidate.criterion < least:
             break
         found, best = Closer(searcher=s, trials=(again,)), again
     return found
-
-
-_LEAST_GAIN = THRESHOLDS.candidate.least_gain_in_criterion

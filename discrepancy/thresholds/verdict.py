@@ -34,6 +34,8 @@ class VerdictThresholds:
     A damper that engages over 1/200 of its play can be followed from far off, but makes the play too wide by as much:
     one in four 95 % intervals missed the truth.
     """
+    most_errors_between_fits: float = 2.0
+    """Distance between two fits of one model over the standard error beyond which that distance is the error [1]."""
 
     # Step 17: the grid of proposed runs.
     proposed_amplitudes_and_offsets: tuple[tuple[float, float], ...] = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
@@ -44,8 +46,6 @@ class VerdictThresholds:
     """Least number of readings in a period of a proposed torque faster than any that was used."""
 
     # Step 17: which proposed run helps.
-    most_errors_between_fits: float = 2.0
-    """Distance between two fits of one model over the standard error beyond which that distance is the error [1]."""
     largest_excursion_over_travel: float = 0.05
     """Share of the travel by which a proposed run may leave the travel [1]."""
     most_repeats: int = 10

@@ -11,7 +11,7 @@ from haptid.fmu_build.content.accuracy_files import accuracy_files
 from haptid.fmu_build.content.documentation import documentation
 from haptid.fmu_build.content.picture import picture
 from haptid.fmu_build.content.reference_run import reference
-from haptid.fmu_build.content.references import manifest_file
+from haptid.fmu_build.content.references import PARAMETER_SET, manifest_file
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance, provenance_of
 from haptid.fmu_build.description.units import modelica_unit
@@ -61,7 +61,7 @@ def extra_files(
     files = {
         "documentation/index.html": page.encode(),
         "documentation/licenses/license.txt": licence.read_bytes(),
-        "resources/parameters.ssv": _parameter_set(interface),
+        PARAMETER_SET: _parameter_set(interface),
     }
     if not interface.identification:
         files |= accuracy_files(interface, accuracy, origins)

@@ -16,6 +16,8 @@ from haptid.fmu_build.description.xml_parts import xml_bytes
 NAME = "org.fmi-standard.fmi-ls-ref"
 MANIFEST = f"extra/{NAME}/fmi-ls-manifest.xml"
 """Place of the manifest within the archive."""
+PARAMETER_SET = "resources/parameters.ssv"
+"""Place of the parameter set within the archive."""
 VERSION = "1.0.0-alpha.1"
 NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 ABOUT = "Layered Standard providing information on related files included in an FMU."
@@ -23,7 +25,7 @@ ABOUT = "Layered Standard providing information on related files included in an 
 CSV, JSON, SSV = "text/csv", "application/json", "application/x-ssp-parameter-set"
 ROLES = (
     ("documentation/index.html", "document", "text/html", "What the model is, its variables, and how good it is"),
-    ("resources/parameters.ssv", "parameter", SSV, "Parameter set that the FMU starts with"),
+    (PARAMETER_SET, "parameter", SSV, "Parameter set that the FMU starts with"),
     (f"{FOLDER}/draws.csv", "parameter", CSV, "Draws of the parameters, one set a row"),
     (f"{FOLDER}/parameters.csv", "report", CSV, "Mean, standard deviation and quantiles of the parameters"),
     (f"{FOLDER}/correlation.csv", "report", CSV, "Correlation of the parameters"),

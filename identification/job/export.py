@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from haptid.fmu_build.building.packaging import Fmu, Kind
+from haptid.fmu_build.content.references import PARAMETER_SET
 from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.job.job import Identification
@@ -17,9 +18,6 @@ from haptid.support.processes.threads import map_threads
 
 KINDS: tuple[tuple[Kind, str], ...] = (("python", ""), ("native", "_native"))
 """Packagings, and what they add to the name of the file."""
-
-PARAMETER_SET = "resources/parameters.ssv"
-"""Parameter set within an FMU."""
 
 
 def export_models(made: Identification, campaign: Campaign, device: Device | None, folder: Path) -> list[Path]:
