@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit, RunScore
-from haptid.identification.result.outcome import outcome_of, with_cause
+from haptid.identification.result.outcome import Outcome, outcome_of, with_cause
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
@@ -154,6 +155,36 @@ def fit_at(problem: Problem, minima: Minima, bent: Curvature | None, scores: Seq
         statuses=status,
         combinations=combinations(parametrisation, s, data, status, felt),
     )
+
+
+def with_agreement(found: Fit, starts: Fit, options: FitOptions) -> Fit:
+    """Judge a fit that one start made by the agreement of the starts at whose best minimum it began.
+
+    Parameters
+    ----------
+    found
+        Fit from one start.
+    starts
+        Fit by several starts; ``found`` began at its estimates and stayed in their basin.
+    options
+        Choices of the fit.
+
+    Returns
+    -------
+    Fit
+        ``found`` with the basins and the number of starts of ``starts``, and the outcome that follows; as it is where
+        its outcome does not hang on the agreement.
+    """
+    if found.outcome not in (Outcome.CONVERGED, Outcome.SINGLE_START, Outcome.ABOVE_NOISE, Outcome.LONELY):
+        return found
+    best = replace(found.basins[0], starts=starts.basins[0].starts)
+    quiet = best.over_noise <= options.tolerance
+    agree = len(best.starts) > 1
+    alone = Outcome.SINGLE_START if quiet else Outcome.LONELY
+    together = Outcome.CONVERGED if quiet else Outcome.ABOVE_NOISE
+    return found.but(
+        basins=(best, *starts.basins[1:]), starts=starts.starts, outcome=together if agree else alone
+    )  # fmt: skip
 
 
 def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:

@@ -53,7 +53,8 @@ class Outcome(Enum):
     )
     PLAIN = (
         "the plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts the runs that no "
-        "fit saw better than a fit of the whole model, so that it is the result"
+        "fit saw better than a fit of the whole model, so that it is the result; for what both lack try haptid missing "
+        "(python -m discrepancy.run in a clone)"
     )
     OBSERVED = (
         "small errors grow during these runs: fitted with the measured position fed back through an observer, "
@@ -68,6 +69,9 @@ class Outcome(Enum):
 
 MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
 """Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
+TOLD_AS_UNCERTAIN = (*MODEL_DOES_NOT_FIT, Outcome.PLAIN, Outcome.OBSERVED)
+"""Outcomes whose values may have been moved by what the model lacks: besides those that do not fit, the plain model,
+which stands in for a model above the noise, and a fit whose free simulation misses the runs."""
 UNCERTAIN = "uncertain"
 """Word that is told for such a value, in place of ``identified``."""
 
@@ -90,7 +94,7 @@ def tell_status(status: str, outcome: str) -> str:
     str
         `UNCERTAIN` for an identified parameter of a model that does not fit, else ``status``.
     """
-    unfit = status == "identified" and outcome in [one.label for one in MODEL_DOES_NOT_FIT]
+    unfit = status == "identified" and outcome in [one.label for one in TOLD_AS_UNCERTAIN]
     return UNCERTAIN if unfit else status
 
 

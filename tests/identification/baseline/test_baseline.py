@@ -170,7 +170,7 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
         f"{made.fit.std[0]:.2g}",
         "kg",
         "m^2",
-        "identified",
+        "uncertain",  # of a model above the noise, though the runs determine it
     ]
     (fixed,) = [line.split() for line in summary.splitlines() if line.startswith("sigma0 ")]
     assert fixed[2] == "-"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,16 +11,18 @@ from scipy.integrate import odeint
 
 from haptid.identification.fit.fit_runs import Fitted, JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
-from haptid.identification.fit.own_bounds import wider_ranges
+from haptid.identification.fit.own_bounds import fit_within_own_bounds, wider_ranges
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.statistics.absent import with_absent_terms
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.identifiability import felt_sizes, statuses
 from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations
 
 TRUE = {"inertia": 0.05, "gravity_cos": 0.0, "gravity_sin": 0.8, "sigma0": 1200.0, "sigma2": 0.03, "Fc": 0.12}
@@ -127,6 +130,29 @@ def test_range_grows_on_the_side_of_the_estimate_and_not_below_zero(fitted: Fitt
     assert wider["sigma0"]["lower"] == fit.equations.parameter("sigma0").lower
     assert wider["gravity_sin"]["lower"] < ends["gravity_sin"]
     assert wider["gravity_sin"]["upper"] == fit.equations.parameter("gravity_sin").upper
+
+
+@pytest.mark.parametrize("left", [1.0, 1.6])
+def test_wider_range_is_fitted_from_the_optimum_alone_and_by_all_starts_above_the_noise(
+    fitted: Fitted, left: float
+) -> None:
+    found, asked = fitted.fit, []
+    stiffness = found.values["sigma0"]
+    narrow = found.equations.with_parameters({"sigma0": {"upper": stiffness}})
+
+    def fit_equations(equations: Equations, options: FitOptions) -> Fit:
+        asked.append((options.starts, options.gains))
+        best = replace(found.basins[0], over_noise=left, starts=tuple(range(min(options.starts, 2))))
+        outcome = Outcome.CONVERGED if left < 1.1 else Outcome.ABOVE_NOISE
+        cost = left**2 if len(asked) > 1 else 9.0
+        return found.but(equations=equations, basins=(best,), outcome=outcome, cost=cost, starts=options.starts)
+
+    options = FitOptions(starts=4)
+    made = fit_within_own_bounds(fit_equations, narrow, runs(), ("sigma0",), options)
+    again = [(3, options.gains)] if left > 1.1 else []
+    assert asked == [(4, options.gains), (1, options.gains[-1:]), *again]
+    assert made.equations.parameter("sigma0").upper > stiffness
+    assert (made.starts, len(made.basins[0].starts)) == ((3 if again else 4), 2)
 
 
 def test_spring_whose_interval_holds_zero_is_not_identified(fitted: Fitted) -> None:

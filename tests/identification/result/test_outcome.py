@@ -56,7 +56,7 @@ def test_only_what_carries_over_is_converged():
     assert outcome(fitted=3.0, unseen=4777.0) is Outcome.ABOVE_NOISE
 
 
-@pytest.mark.parametrize("unfit", [Outcome.ABOVE_NOISE, Outcome.LONELY])
+@pytest.mark.parametrize("unfit", [Outcome.ABOVE_NOISE, Outcome.LONELY, Outcome.PLAIN, Outcome.OBSERVED])
 def test_only_identified_values_of_a_model_that_does_not_fit_are_uncertain(unfit):
     assert tell_status("identified", unfit.label) == "uncertain"
     assert tell_status("identified", Outcome.CONVERGED.label) == "identified"
