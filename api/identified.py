@@ -128,7 +128,8 @@ class Identified:
         Returns
         -------
         DataFrame
-            One row a configuration and parameter: value, standard deviation, unit, status as it is told
+            One row a configuration and parameter, and one a constant torque (``offset``) where the plain model is the
+            result, which Ks and epos stand for in the FMU: value, standard deviation, unit, status as it is told
             (``identified``, ``uncertain`` where the model leaves more than the noise, ``fixed``, ``prior``,
             ``unidentifiable``, ``at_bound``) and meaning. An unidentifiable value is one of many that fit as well: its
             standard deviation is NaN.
@@ -141,6 +142,7 @@ class Identified:
                     row["std"] = math.nan
                 row["status"] = tell_status(row["status"], entry.get("outcome", ""))
                 rows.append(row)
+            rows += [{"configuration": name, **row} for row in _constant_torques(entry)]
         return pd.DataFrame(rows).set_index(["configuration", "parameter"])
 
     def links(self) -> pd.DataFrame:
@@ -604,3 +606,27 @@ def complete(identified: Identified, listener: Listener, drawings: Drawings, *, 
         write_page(folder / "report.html", page)
     made.finish(folder)
     return exported
+
+
+def _constant_torques(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of the constant torques of an entry whose result is the plain model."""
+    if entry.get("outcome") != "plain" or not entry.get("baseline"):
+        return []
+    rows = []
+    for id, one in entry["baseline"]["parameters"].items():
+        if id.split("_")[0] == "offset":
+            std = math.nan if one["std"] is None else one["std"]
+            status = "identified" if math.isfinite(std) else "unidentifiable"
+            slides = one["unit"] == "N"
+            about = f"constant {'force, which gravity_cos holds' if slides else 'torque, which Ks and epos stand for'}"
+            rows.append(
+                {
+                    "parameter": id,
+                    "value": one["value"],
+                    "std": std,
+                    "unit": one["unit"],
+                    "status": status,
+                    "description": about,
+                }
+            )
+    return rows

@@ -40,7 +40,9 @@ _PUBLIC = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name."""
+    """Import a public name; ``__version__`` is looked up when it is asked for."""
+    if name == "__version__":
+        return import_module("haptid.version").version()
     if name not in _PUBLIC:
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
@@ -49,4 +51,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the names of this module with the public ones."""
-    return sorted({*globals(), *_PUBLIC})
+    return sorted({*globals(), *_PUBLIC, "__version__"})

@@ -92,12 +92,12 @@ def init(**settings: Any) -> Any:
     fit unless --validate names others. What has no proposal (the angle of an encoder count, the torque of an ampere, a
     duty's supply) is still needed as a flag.
 
-    Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
-    converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,
-    rpm, %. A name without number is that of joint 0, and a time without unit is in seconds where that is likely. Joints
-    that do not move in a table are locked there. CSV files may have semicolons or tabs, decimal commas, and lines
-    before the header; texts (.txt, .tsv, .dat) tabs or blanks. Rows with empty cells or a repeated time are left out,
-    and a run is cut where more than two rows in a row are missing.
+    Names such as position_0_deg, Angle (deg), Position actual value [deg], torque (Nmm), time_ms, q1_rad or encoder
+    counts are understood and converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm,
+    Nmm, mN, mA, ms, us, deg/s, rpm, %. A name without number is that of joint 0, and a time without unit is in seconds
+    where that is likely. Joints that do not move in a table are locked there. CSV files may have semicolons or tabs,
+    decimal commas, and lines before the header; texts (.txt, .tsv, .dat) tabs or blanks. Rows with empty cells or a
+    repeated time are left out, and a run is cut where more than two rows in a row are missing.
 
     Recordings are read where FOLDER has no tables: MATLAB (.mat; of version 7.3 by the extra 'matlab'), logs of BAM
     (.json), joint states of ROS in MCAP (.mcap, extra 'mcap') and in bags of ROS 1 (.bag) and ROS 2 (.db3, extra

@@ -5,7 +5,8 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -41,7 +42,7 @@ from haptid.measurement.making.questions import (
     assume_validation,
 )
 from haptid.measurement.making.times import assume_seconds, with_seconds
-from haptid.measurement.making.units_in_names import in_counts
+from haptid.measurement.making.units_in_names import in_counts, known_names
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
@@ -93,9 +94,10 @@ def make_campaign(
         given, assumed = assume_validation(tables, given)
     assumed += timed
     answers = _answers(folder, tables, given, stated, asks=asks)
-    prepared = _with_supply(prepare_tables(tables, answers), answers.supply, asks=asks)
-    _refuse_absent_joints(prepared, str(answers.device))
-    answers = _with_constant(answers, prepared, asks=asks)
+    with _all_that_lacks(tables, answers, origin=given["measured"] is not None or asks, asks=asks):
+        prepared = _with_supply(prepare_tables(tables, answers), answers.supply, asks=asks)
+        _refuse_absent_joints(prepared, str(answers.device))
+        answers = _with_constant(answers, prepared, asks=asks)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
@@ -227,15 +229,11 @@ def _answers(
             flags["resolution"] = ask_step()
         stated = ask_columns(tables[0], stated, flags["resolution"])
         flags["noise"] = ask_noise() if flags["noise"] is None else flags["noise"]
-    if flags["measured"] is None:
-        where = "--measured or --synthetic"
-        todo = "say whether a device was measured or the data were simulated"
-        raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
     _check_numbers(flags)
     return Answers(
         title=flags["title"] or folder.resolve().name,
         device=find_device(flags["device"] or SINGLE_JOINT, folder),
-        measured=flags["measured"],
+        measured=bool(flags["measured"]),
         hold=flags["hold"],
         noise=flags["noise"],
         resolution=flags["resolution"],
@@ -246,6 +244,42 @@ def _answers(
         resistance=flags["resistance"],
         supply=flags["supply"],
     )
+
+
+@contextmanager
+def _all_that_lacks(tables: list[Table], answers: Answers, *, origin: bool, asks: bool) -> Iterator[None]:
+    """Add to an error within the block the other options that lack: one refusal after another is tedious.
+
+    ``origin`` says whether it is known where the data come from.
+    """
+    try:
+        yield
+    except InputError as error:
+        options = _options_that_lack(tables, answers, error, origin=origin, asks=asks)
+        # An error without an option to give, as of a damaged cell, is another matter.
+        if "--" not in error.todo or not options:
+            raise
+        todo = f"{error.todo}; also {', '.join(options)}"
+        raise InputError(error.where, expected=error.expected, got=error.got, todo=todo) from None
+    if not origin:
+        where = "--measured or --synthetic"
+        todo = "say whether a device was measured or the data were simulated"
+        raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
+
+
+def _options_that_lack(
+    tables: list[Table], answers: Answers, error: InputError, *, origin: bool, asks: bool
+) -> list[str]:
+    """List the options that lack beside those that an error names."""
+    options = []
+    known = known_names(tables[0].columns, answers.stated)
+    a_torque = any(name.startswith(("torque_", "force_")) for name in known)
+    a_current = any(name.startswith("current_") for name in known) or "=current_" in error.todo
+    if a_current and not a_torque and not asks and answers.torque_constant is None:
+        options.append("--torque-constant [N m/A]")
+    if not origin:
+        options.append("--measured or --synthetic")
+    return [option for option in options if option not in error.todo]
 
 
 def _check_numbers(flags: dict[str, Any]) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 LONGEST = 300 - len("error: ")
 """Most characters of an error's message: a command's line has 300 with the ``error: `` before it."""
+LEAST_OF_PART = 24
+"""Characters of place, expected and got that stay where a long remedy is kept whole."""
 
 
 class HaptidError(Exception):
@@ -31,7 +33,9 @@ class InputError(HaptidError):
         *parts, remedy = [one_line(part) for part in (where, expected, got, todo)]
         # The room of the four parts is the line's length less that of the words between them.
         room = LONGEST - len(_line("", "", "", "x")) + 1
-        if len(remedy) <= room // 2:  # what to type stays whole; the rest is recognised by its ends
+        if (
+            len(remedy) <= room - len(parts) * LEAST_OF_PART
+        ):  # what to type stays whole; the rest is recognised by its ends
             self.where, self.expected, self.got = _fit_into_room(parts, room - len(remedy))
             self.todo = remedy
         else:

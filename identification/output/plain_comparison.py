@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from haptid.identification.baseline.compared import Compared
@@ -61,6 +63,98 @@ def tell_comparison(step: Step) -> str | None:
         f"torque error {torque['model']} (plain model {torque['baseline']}), "
         f"free simulation {free['model']} ({free['baseline']}) on {'unseen' if use == 'validate' else 'fitted'} runs"
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstantTorque:
+    """The constant torque of a joint in a plain model that is the result.
+
+    Parameters
+    ----------
+    id
+        ``offset``, with the joint's number where several are free.
+    value, std
+        Torque [N m] ([N]) and its standard deviation, NaN where the runs do not tell the torque.
+    unit
+        Unit of both.
+    carried_by
+        What carries it in the parameters of the equations and in the FMU: ``Ks`` and ``epos``, or ``gravity_cos``.
+    """
+
+    id: str
+    value: float
+    std: float
+    unit: str
+    carried_by: tuple[str, ...]
+
+    @property
+    def status(self) -> str:
+        """Status by the word of every parameter."""
+        return "identified" if np.isfinite(self.std) else "unidentifiable"
+
+
+def constant_torques(step: Step) -> list[ConstantTorque]:
+    """Return the constant torques of a plain model that is the result: the equations have no parameter of that name.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    list of ConstantTorque
+        One a joint; empty where the plain model is not the result, or is not at hand.
+    """
+    if step.fit.outcome is not Outcome.PLAIN or step.compared is None or step.compared.baseline is None:
+        return []
+    baseline, ids = step.compared.baseline, {q.id for q in step.fit.equations.parameters}
+    regressor, estimate = baseline.regressor, baseline.estimate
+    found = []
+    for k, joint in enumerate(regressor.joints):
+        tail = "" if len(regressor.joints) == 1 else f"_{joint}"
+        at = regressor.ids.index(f"offset{tail}")
+        spring = (f"Ks{tail}", f"epos{tail}")
+        slides = step.configuration.runs[0].prismatic[k] and f"gravity_cos{tail}" in ids
+        found.append(
+            ConstantTorque(
+                id=f"offset{tail}",
+                value=float(estimate.theta[at]),
+                std=float(estimate.std[at]),
+                unit=regressor.units[at],
+                carried_by=(f"gravity_cos{tail}",) if slides else spring,
+            )
+        )
+    return found
+
+
+def tell_constant_torques(step: Step) -> list[str]:
+    """Say which parameters stand for the constant torques, whose values would be read as those of a spring.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    list of str
+        As ``Ks and epos stand for the constant torque offset = -Ks·epos = 0.061 ± 0.002 N m: …``, one a joint; a slide
+        has its constant force in ``gravity_cos``.
+    """
+    told = []
+    for one in constant_torques(step):
+        spread = f" ± {plain(one.std, 2)}" if np.isfinite(one.std) else ""
+        size = f"{plain(one.value, 3)}{spread} {one.unit}"
+        if len(one.carried_by) == 1:
+            told.append(f"{one.carried_by[0]} holds the constant force {one.id} = {size}, too")
+            continue
+        stiffness, end = one.carried_by
+        told.append(
+            f"{stiffness} and {end} stand for the constant torque {one.id} = -{stiffness}·{end} = {size}: no such "
+            "spring was found, and its end is no place of the joint"
+        )
+    return told
 
 
 LINEAR_HOLD = 'hold = "linear" in campaign.toml (or haptid init --hold linear)'

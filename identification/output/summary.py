@@ -13,8 +13,10 @@ import numpy as np
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import (
     LINEAR_HOLD,
+    constant_torques,
     seems_held_by_mistake,
     tell_comparison,
+    tell_constant_torques,
     tell_delay,
     tell_over_noise,
 )
@@ -67,7 +69,8 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
     Returns
     -------
     list of tuple of str
-        A row a parameter, with cells in the order of `PARAMETER_HEADER`; no number for one that the runs do not tell,
+        A row a parameter, and one a constant torque where the plain model is the result, with cells in the order of
+        `PARAMETER_HEADER`; no number for one that the runs do not tell,
         and ``uncertain`` in place of ``identified`` where the model does not fit.
     """
     fit = step.fit
@@ -76,6 +79,9 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
         status = fit.statuses[quantity.id]
         told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
         rows.append((quantity.id, *told, quantity.unit, tell_status(status, fit.outcome.label)))
+    for one in constant_torques(step):
+        known = one.status == "identified"
+        rows.append((one.id, *((f"{one.value:.6g}", f"{one.std:.2g}") if known else ("-", "-")), one.unit, one.status))
     return rows
 
 
@@ -230,13 +236,14 @@ def attention(step: Step) -> list[str]:
     Returns
     -------
     list of str
-        Sentences on outcome, delay of the torque, parameters at bounds, unidentifiable ones, contradictions and
-        missing excitation.
+        Sentences on outcome, delay of the torque, constant torques of a plain model, parameters at bounds,
+        unidentifiable ones, contradictions and missing excitation.
     """
     fit = step.fit
     delay = tell_delay(step)
     said = [] if fit.outcome.label == "converged" else [tell_outcome(step)]
     said += [] if delay is None else [delay]
+    said += tell_constant_torques(step)
     for status, words in (
         ("at_bound", "at a bound"),
         ("unidentifiable", "not identifiable from these runs"),

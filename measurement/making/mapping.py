@@ -22,8 +22,12 @@ REFERENCE = re.compile(rf"reference_({JOINT})_(?:rad|m)")
 POSITION = re.compile(rf"position_({JOINT})_(?:rad|m)")
 """Columns with the position of a joint; the group is its number."""
 
-SHARE_OF_TORQUE = re.compile(r"(?=.*(?:torque|tau|effort|moment))(?=.*(?:%|per ?cent))", re.IGNORECASE)
-"""Names of a torque in per cent."""
+SHARE_OF_TORQUE = re.compile(
+    r"(?=.*(?:torque|tau|effort|moment))(?=.*(?P<mille>‰|0[.,]1 ?%|per ?mil)|.*(?:%|per ?cent))", re.IGNORECASE
+)
+"""Names of a torque in per cent or, as drives by CiA 402 have it, in per mille of the rated one."""
+COLUMNS_NEEDED = "columns time_s, torque_<j>_Nm, position_<j>_rad"
+"""What an error expects of a table that lacks a signal."""
 
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
@@ -63,7 +67,13 @@ in degrees: radians are mostly said.
 """
 
 
-LONGEST_REMEDY = 120
+DEMANDED = re.compile(
+    rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref)')}", re.IGNORECASE
+)
+"""Names of what a controller follows, which is no measured position."""
+NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
+"""Names that hold a word of a position and are none."""
+LONGEST_REMEDY = 130
 """Most characters of a remedy with an example for each signal."""
 
 
@@ -150,10 +160,12 @@ def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
 def _refuse_share_of_torque(columns: Sequence[str], file: str) -> None:
     """Refuse a torque in per cent of the rated one, as servo drives give it: only the user knows the rated torque."""
     for name in columns:
-        if SHARE_OF_TORQUE.search(name) and not KNOWN.fullmatch(name):
+        found = SHARE_OF_TORQUE.search(name)
+        if found and not KNOWN.fullmatch(name):
             number = re.search(rf"(?<!\d){JOINT}(?!\d)", name)
             goal = f"torque_{number.group() if number else 0}_Nm"
-            todo = f"state a hundredth of the rated torque: --map '{name}={goal}*0.024' where it is 2.4 N m"
+            part, factor = ("thousandth", "0.0024") if found["mille"] else ("hundredth", "0.024")
+            todo = f"state a {part} of the rated torque: --map '{name}={goal}*{factor}' where it is 2.4 N m"
             raise InputError(file, expected="a torque in N m", got=f"{name!r}", todo=todo)
 
 
@@ -193,9 +205,7 @@ def free_joints(
         parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
         lacking = [word for there, word in parts if not there]
         todo = _how_to_name(lacking, columns, driven | seen) if lacking else _which_joints(driven, seen, only)
-        raise InputError(
-            file, expected="columns time_s, torque_<j>_Nm, position_<j>_rad", got=", ".join(columns), todo=todo
-        )
+        raise InputError(file, expected=COLUMNS_NEEDED, got=", ".join(columns), todo=todo)
     return tuple(sorted(found_joints))
 
 
@@ -206,6 +216,7 @@ def _how_to_name(lacking: Sequence[str], columns: Sequence[str], joints: Collect
     named, examples, added = [], [], []
     for signal in lacking:
         likely = [(column, goal) for column in unknown if (goal := _likely_goal(signal, column))]
+        likely.sort(key=lambda pair: DEMANDED.search(pair[0]) is not None)  # a measured torque before a demanded one
         if likely:
             column, goal = likely[0]
             unknown.remove(column)
@@ -216,16 +227,38 @@ def _how_to_name(lacking: Sequence[str], columns: Sequence[str], joints: Collect
             examples.append(f"--map '{unknown.pop(0)}={name}'")
         else:
             added.append(name)
-    ways = (("use", " ".join(named)), ("name a column, as in", " ".join(examples)), ("add", " and ".join(added)))
-    lack = f"no {', no '.join(lacking)}"
-    whole = f"{lack}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
+    whole = _remedy(lacking, named, examples, added)
+    references = _likely_references(unknown)[:1] if "position" in lacking else []
+    told = [f"--map '{column}={goal.format(joint)}'" for column, goal in references]
+    wider = _remedy(lacking, [*named, *told], examples, added)
+    if len(wider) <= LONGEST_REMEDY:
+        return wider
     # A cut name helps nobody: where all do not fit, one shows how.
-    return whole if len(whole) <= LONGEST_REMEDY else f"{lack}: name them, as in {[*named, *examples, *added][0]}"
+    shortest = f"no {', no '.join(lacking)}: name them, as in {[*named, *examples, *added][0]}"
+    return whole if len(whole) <= LONGEST_REMEDY else shortest
+
+
+def _remedy(lacking: Sequence[str], named: Sequence[str], examples: Sequence[str], added: Sequence[str]) -> str:
+    ways = (("use", " ".join(named)), ("name a column, as in", " ".join(examples)), ("add", " and ".join(added)))
+    return f"no {', no '.join(lacking)}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
 
 
 def _likely_goal(signal: str, column: str) -> str:
     """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
+    if signal == "position" and (DEMANDED.search(column) or NO_POSITION.search(column)):
+        return ""
     return next((goal for form, goal in LIKELY_COLUMNS[signal] if re.search(form, column, re.IGNORECASE)), "")
+
+
+def _likely_references(columns: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the columns that are likely demanded positions, and what each is mapped to."""
+    found = []
+    for column in columns:
+        if DEMANDED.search(column) and not NO_POSITION.search(column):
+            measured = _likely_goal("position", DEMANDED.sub("", column))
+            if measured:
+                found.append((column, measured.replace("position", "reference")))
+    return found
 
 
 def _which_joints(driven: Collection[int], seen: Collection[int], only: tuple[int, ...] | None) -> str:

@@ -37,14 +37,17 @@ UNITS: dict[str, tuple[str, float]] = {
 QUANTITIES: dict[str, str] = {
     "time": "time", "t": "time", "timestamp": "time", "stamp": "time", "elapsed": "time",
     "position": "position", "pos": "position", "angle": "position", "q": "position", "theta": "position",
-    "encoder": "position",
+    "encoder": "position", "lage": "position", "winkel": "position",
     "velocity": "velocity", "vel": "velocity", "speed": "velocity", "omega": "velocity", "qd": "velocity",
-    "dq": "velocity",
-    "torque": "torque", "tau": "torque", "effort": "torque", "force": "force", "current": "current",
-    "i": "current",
-    "voltage": "voltage", "duty": "duty", "pwm": "duty", "temperature": "temperature", "temp": "temperature",
-    "supply": "supply", "reference": "reference", "setpoint": "reference", "goal": "reference",
-    "desired": "reference", "target": "reference",
+    "dq": "velocity", "drehzahl": "velocity", "geschwindigkeit": "velocity",
+    "torque": "torque", "tau": "torque", "effort": "torque", "drehmoment": "torque", "force": "force",
+    "current": "current", "i": "current", "iq": "current", "strom": "current", "zeit": "time",
+    "voltage": "voltage", "spannung": "voltage", "duty": "duty", "pwm": "duty",
+    "temperature": "temperature", "temp": "temperature",
+    "supply": "supply", "dclink": "supply", "bus": "supply", "vbus": "supply",
+    "reference": "reference", "setpoint": "reference", "goal": "reference", "desired": "reference",
+    "target": "reference", "demand": "reference", "demanded": "reference", "des": "reference", "ref": "reference",
+    "sollwert": "reference",
 }  # fmt: skip
 """Quantity of the campaign format by the user's word."""
 
@@ -56,6 +59,8 @@ FORMS: dict[tuple[str, str], str] = {
     ("reference", "m"): "reference_{}_m",
     ("velocity", "rad_s"): "velocity_{}_rad_s",
     ("velocity", "m_s"): "velocity_{}_m_s",
+    ("reference velocity", "rad_s"): "reference_velocity_{}_rad_s",
+    ("reference velocity", "m_s"): "reference_velocity_{}_m_s",
     ("torque", "Nm"): "torque_{}_Nm",
     ("force", "N"): "force_{}_N",
     ("current", "A"): "current_{}_A",
@@ -67,19 +72,39 @@ FORMS: dict[tuple[str, str], str] = {
 """Name in the campaign format, with a place for the joint's number, by quantity and unit."""
 COMMANDS = frozenset({"command", "commanded", "cmd"})
 """Words that make a reference of a position; a torque that is commanded is the torque."""
-FILLERS = frozenset({"joint", "motor", "axis", "measured", "actual"}) | COMMANDS
+MEASURED = frozenset({"measured", "meas", "actual", "act", "feedback", "present", "istwert"})
+"""Words that say that a column was measured."""
+FILLERS = frozenset({"joint", "motor", "axis", "value", "wert"}) | MEASURED | COMMANDS
 """Words that change nothing of what a column holds."""
+MEASURED_IN: dict[str, str] = {"rad": "position", "rad_s": "velocity", "Nm": "torque", "A": "current"}
+"""Quantity that a unit tells where a name says no more than that it was measured, as ``Istwert [°]``."""
 OTHER_THINGS = frozenset({
     "error", "err", "delta", "difference", "limit", "max", "min", "maximum", "minimum", "offset", "zero",
     "noise", "std", "rms", "mean", "average", "estimated", "predicted", "model", "simulated", "external",
-    "disturbance", "friction", "gravity", "feedforward", "ff", "rated", "nominal", "home", "initial", "start",
+    "disturbance", "following", "deviation", "abweichung",
+    "friction", "gravity", "feedforward", "ff", "rated", "nominal", "home", "initial", "start",
     "end",
 })  # fmt: skip
 """Words that make another thing of a column: a position error is no position."""
+JOINT_STATES = re.compile(
+    rf"(?:.*(?:joint_?states?|field)[/.]|(?=\w+\[))(position|velocity|effort)(?:\[({JOINT})\]|[/._]?({JOINT}))",
+    re.IGNORECASE,
+)
+"""Elements of ROS's joint states as loggers name them, ``joint_states/position[0]``; groups: array, element."""
+FORMS_OF_STATES: dict[str, str] = {
+    "position": "position_{}_rad", "velocity": "velocity_{}_rad_s", "effort": "torque_{}_Nm"
+}  # fmt: skip
+"""Name in the campaign format of an element of ROS's joint states, which that message defines to be in SI units."""
 ONLY_JOINT = 0
 """Number that the only joint of a table without numbers gets."""
 
 _SPELLINGS = (
+    (r"(?<=[a-z]{3})(?=[A-Z][a-z])", " "),  # PositionActualValue
+    (r"(?i)(?<![a-z])dc[\s_-]*(?:link|bus)(?:[\s_-]*circuit)?(?![a-z])", " dclink "),
+    (r"(?i)(?<![a-z])i[\s_]?q(?![a-z])", " iq "),  # the current that makes the torque
+    (r"(?i)(soll|ist)[\s_-]?wert", r" \1wert "),  # Lageistwert
+    (r"(?i)(?<![a-z])soll[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " sollwert "),
+    (r"(?i)(?<![a-z])ist[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " istwert "),
     (r"[µμ]", "u"),
     (r"°\s*C\b", " C "),
     (r"°", " deg "),
@@ -181,11 +206,11 @@ def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], ste
     targets = dict(stated)
     taken = {target.name for target in stated.values()} | {name for name in columns if KNOWN.fullmatch(name)}
     by_name: dict[str, str] = {}
-    strange = _only_ones(columns, 1.0 if step is None else step)
+    guessed = _joint_states(columns) | _only_ones(columns, 1.0 if step is None else step)
     for column in columns:
         if column in stated or KNOWN.fullmatch(column):
             continue
-        target = understand_column(column, 1.0 if step is None else step) or strange.get(column)
+        target = understand_column(column, 1.0 if step is None else step) or guessed.get(column)
         if target is None or target.name in taken:
             continue
         if step is None and in_counts(column):
@@ -200,6 +225,27 @@ def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], ste
     return targets
 
 
+def known_names(columns: Sequence[str], stated: Mapping[str, Target]) -> set[str]:
+    """Return the names of the campaign format that columns have or certainly stand for.
+
+    Parameters
+    ----------
+    columns
+        Names in the user's table.
+    stated
+        What the user says of columns.
+
+    Returns
+    -------
+    set of str
+    """
+    names = set[str]()
+    for column in columns:
+        target = stated.get(column) or understand_column(column, 1.0)
+        names.add(column if target is None else target.name)
+    return names
+
+
 def _only_ones(columns: Sequence[str], step: float) -> dict[str, Target]:
     """Return what columns with unknown words stand for, each where no other column could stand for the same.
 
@@ -210,10 +256,23 @@ def _only_ones(columns: Sequence[str], step: float) -> dict[str, Target]:
     understood = {target.name for target in read.values() if target is not None}
     guessed = {column: understand_column(column, step, strangers=True) for column in columns if read[column] is None}
     names = [target.name for target in guessed.values() if target is not None]
+    # A demanded torque is no input where the current was measured.
+    understood |= {name.replace("current", "torque").replace("_A", "_Nm") for name in understood if "current" in name}
     return {
         column: target
         for column, target in guessed.items()
         if target is not None and target.name not in understood and names.count(target.name) == 1
+    }
+
+
+def _joint_states(columns: Sequence[str]) -> dict[str, Target]:
+    """Return what the elements of ROS's joint states stand for, where the table has positions and efforts of one."""
+    found = {column: match for column in columns if (match := JOINT_STATES.fullmatch(column))}
+    if not {"position", "effort"} <= {match[1].lower() for match in found.values()}:
+        return {}
+    return {
+        column: Target(name=FORMS_OF_STATES[match[1].lower()].format(int(match[2] or match[3])))
+        for column, match in found.items()
     }
 
 
@@ -226,9 +285,10 @@ def _words_of(name: str, *, strangers: bool = False) -> Words | None:
     for word in re.findall(r"[A-Za-z]+/s|[A-Za-z]+|\d+|%", text):
         kind, spelling = _kind_of(word, follows=bool(found["quantity"]))
         found[kind].append(spelling)
-    quantity = _one_quantity(found["quantity"])
-    if quantity == "position" and any(word.lower() in COMMANDS for word in found["filler"]):
-        quantity = "reference"
+    fillers = {word.lower() for word in found["filler"]}
+    quantity = _one_quantity(found["quantity"], demanded=bool(fillers & COMMANDS), strangers=strangers)
+    if not found["quantity"] and fillers & MEASURED and len(found["unit"]) == 1:
+        quantity = MEASURED_IN.get(UNITS[found["unit"][0]][0])
     # A number that is no joint's is no word that may be unknown.
     unknown = [word for word in found["unknown"] if not strangers or word.lower() in OTHER_THINGS or not word.isalpha()]
     if unknown or quantity is None or len(found["unit"]) != 1 or len(found["joint"]) > 1:
@@ -252,12 +312,24 @@ def _kind_of(word: str, *, follows: bool) -> tuple[str, str]:
     return ("filler" if word.lower() in FILLERS else "unknown"), word
 
 
-def _one_quantity(found: list[str]) -> str | None:
-    """Return the quantity of a name; an encoder position is one, an angle setpoint a reference."""
+def _one_quantity(found: list[str], *, demanded: bool, strangers: bool) -> str | None:
+    """Return the quantity of a name; an encoder position is one, an angle setpoint a reference.
+
+    A commanded torque is the torque; the target of one is where the table has no other, which ``strangers`` says.
+    """
     kinds = set(found)
-    if kinds == {"position", "reference"}:
-        return "reference"
-    return kinds.pop() if len(kinds) == 1 else None
+    if kinds == {"voltage", "supply"}:
+        return "supply"
+    aimed = demanded or "reference" in kinds
+    kinds = kinds - {"reference"} if len(kinds) > 1 else kinds
+    if len(kinds) != 1:
+        return None
+    (kind,) = kinds
+    if not aimed or kind == "reference":
+        return kind
+    if kind in ("position", "velocity"):
+        return {"position": "reference", "velocity": "reference velocity"}[kind]
+    return kind if strangers or "reference" not in found else None
 
 
 def _unit_of(word: str) -> str | None:

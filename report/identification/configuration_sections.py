@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction, predict_unseen
 from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
+from haptid.identification.output.plain_comparison import constant_torques
 from haptid.identification.output.summary import (
     attention,
     residual_unit,
@@ -184,6 +185,9 @@ def _parameters(step: Step) -> Table:
         )
         for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
     ]
+    for one in constant_torques(step):
+        status, meaning = word_cell("status", one.status), f"constant torque, which {' and '.join(one.carried_by)} hold"
+        rows.append((one.id, with_error(one.value, one.std), one.unit, status, "", "", meaning))
     header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
     return Table(header=header, rows=rows, caption="Parameters")
 

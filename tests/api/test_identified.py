@@ -37,6 +37,18 @@ def test_a_value_of_a_model_that_does_not_fit_is_uncertain_here_too(outcome, tol
     assert f"<td>{told}</td>" in identified._repr_html_()
 
 
+def test_the_summary_has_the_constant_torque_of_a_plain_model(tmp_path):
+    read(tmp_path, "plain")
+    file = tmp_path / "identification.json"
+    content = json.loads(file.read_text())
+    offset = {"value": 0.06, "std": 0.002, "unit": "N m"}
+    content["configurations"][0]["baseline"] = {"parameters": {"Fc": {**offset, "value": 0.2}, "offset": offset}}
+    file.write_text(json.dumps(content))
+    row = Identified.read(tmp_path).summary().iloc[-1]
+    assert row.name == ("joint 0", "offset")
+    assert (row["value"], row["std"], row["status"]) == (0.06, 0.002, "identified")
+
+
 def test_a_value_that_the_runs_do_not_tell_has_no_standard_deviation(tmp_path):
     rows = read(tmp_path, "converged").summary()
     assert list(rows["value"]) == [2e-3, 0.7, 1.0]

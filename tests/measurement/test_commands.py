@@ -117,6 +117,24 @@ def test_new_says_which_column_lacks(tables, tmp_path, maps, lacking):
     assert lacking in result.stderr
 
 
+def test_new_says_everything_that_lacks_at_once(tables, tmp_path):
+    for path in tables.iterdir():
+        frame = pd.read_csv(path).rename(columns={"ms": "Time (ms)", "tau": "Motor current [A]"})
+        frame = frame.assign(**{"Position demand value": frame["deg"]})
+        frame[["Time (ms)", "Position demand value", "deg", "Motor current [A]"]].rename(
+            columns={"deg": "Position actual value"}
+        ).to_csv(path, index=False)
+    position = "--map 'Position actual value=position_0_rad*0.0174533'"
+    reference = "--map 'Position demand value=reference_0_rad*0.0174533'"
+    also = "; also --torque-constant [N m/A], --measured or --synthetic\n"
+    result = run_new(tables, "--out", tmp_path / "made")
+    assert result.exit_code == 2
+    assert result.stderr.endswith(f"; no position: use {position} {reference}{also}")
+    maps = [position.split("'")[1], reference.split("'")[1]]
+    flags = ["--torque-constant", "0.4", "--measured", "--map", maps[0], "--map", maps[1]]
+    assert run_new(tables, "--out", tmp_path / "made", *flags).exit_code == 0
+
+
 def test_new_refuses_joints_that_the_device_lacks_by_the_users_columns(tables, tmp_path):
     arm = Path(__file__).parents[2] / "docs" / "examples" / "two_joints.urdf"
     maps = [word.replace("_2_", "_7_") for word in MAPS]

@@ -46,6 +46,31 @@ DEG = math.pi / 180
         ("timestamp (µs)", "time_s", 1e-6),
         ("velocity_0_deg_s", "velocity_0_rad_s", DEG),
         ("Velocity (deg/s)", "velocity_0_rad_s", DEG),
+        ("Position actual value [deg]", "position_0_rad", DEG),
+        ("PositionActualValue [mm]", "position_0_m", 1e-3),
+        ("Position demand value [deg]", "reference_0_rad", DEG),
+        ("Target position [deg]", "reference_0_rad", DEG),
+        ("Velocity actual value [rpm]", "velocity_0_rad_s", 2 * math.pi / 60),
+        ("Target velocity [deg/s]", "reference_velocity_0_rad_s", DEG),
+        ("commanded velocity (rad/s)", "reference_velocity_0_rad_s", 1.0),
+        ("Torque actual value [mNm]", "torque_0_Nm", 1e-3),
+        ("Current actual value [mA]", "current_0_A", 1e-3),
+        ("DC link circuit voltage [mV]", "supply_V", 1e-3),
+        ("bus voltage (V)", "supply_V", 1.0),
+        ("q_meas_rad", "position_0_rad", 1.0),
+        ("q_cmd_deg", "reference_0_rad", DEG),
+        ("q_des_2 (deg)", "reference_2_rad", DEG),
+        ("tau_meas_Nm", "torque_0_Nm", 1.0),
+        ("iq (mA)", "current_0_A", 1e-3),
+        ("i_q [A]", "current_0_A", 1.0),
+        ("actual_position_deg", "position_0_rad", DEG),
+        ("commanded_position_deg", "reference_0_rad", DEG),
+        ("Istwert [°]", "position_0_rad", DEG),
+        ("Sollwert [°]", "reference_0_rad", DEG),
+        ("Lagesollwert [°]", "reference_0_rad", DEG),
+        ("Sollposition_deg", "reference_0_rad", DEG),
+        ("Stromistwert [A]", "current_0_A", 1.0),
+        ("Drehmoment [Nm]", "torque_0_Nm", 1.0),
         ("speed rpm", "velocity_0_rad_s", 2 * math.pi / 60),
     ],
 )
@@ -56,7 +81,25 @@ def test_names_are_understood(name: str, known: str, factor: float):
 
 
 @pytest.mark.parametrize(
-    "name", ["tau", "deg", "ms", "M (Nm)", "x (mm)", "time", "torque (deg)", "i", "q1 q2 rad", "", "7"]
+    "name",
+    [
+        "tau",
+        "deg",
+        "ms",
+        "M (Nm)",
+        "x (mm)",
+        "time",
+        "torque (deg)",
+        "i",
+        "q1 q2 rad",
+        "",
+        "7",
+        "Target torque [Nm]",
+        "Following error actual value [deg]",
+        "Lageabweichung [°]",
+        "motor (A)",
+        "q_meas",
+    ],
 )
 def test_what_is_not_sure_is_left_to_the_user(name: str):
     assert understand_column(name, step=0.002) is None
@@ -87,6 +130,36 @@ def test_a_name_of_the_format_and_a_stated_column_come_first():
     columns = ("time_s", "Angle (deg)", "position_0_rad", "tau (Nm)", "torque (mNm)")
     stated = {"tau (Nm)": Target(name="torque_0_Nm")}
     assert understand_columns(columns, stated, None) == stated
+
+
+@pytest.mark.parametrize(
+    ("columns", "known"),
+    [
+        (("Torque demand [Nm]", "Position actual [°]"), ["torque_0_Nm", "position_0_rad"]),
+        (("Torque demand [Nm]", "Torque actual value [Nm]"), ["", "torque_0_Nm"]),
+        (("Torque demand [Nm]", "Motor current [A]"), ["", "current_0_A"]),
+        (("Torque demand [Nm]", "Target torque [Nm]"), ["", ""]),
+    ],
+)
+def test_a_demanded_torque_is_the_input_where_nothing_was_measured(columns: tuple[str, ...], known: list[str]):
+    found = understand_columns(columns, {}, None)
+    assert [found[column].name if column in found else "" for column in columns] == known
+
+
+def test_joint_states_of_ros_are_in_si_units_where_positions_and_efforts_lie_together():
+    columns = ("joint_states/position[1]", "/joint_states/velocity[1]", "joint_states/effort[1]")
+    assert list(understand_columns(columns, {}, None).values()) == [
+        Target(name="position_1_rad"),
+        Target(name="velocity_1_rad_s"),
+        Target(name="torque_1_Nm"),
+    ]
+    assert list(understand_columns(("field.position0", "field.effort0"), {}, None)) == [
+        "field.position0",
+        "field.effort0",
+    ]
+    assert len(understand_columns(("position[0]", "effort[0]"), {}, None)) == 2
+    assert understand_columns(("position[0]", "tau"), {}, None) == {}
+    assert understand_columns(("position_0", "effort_0"), {}, None) == {}
 
 
 def test_two_names_of_one_signal_are_refused_with_the_remedy():

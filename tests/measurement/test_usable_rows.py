@@ -119,11 +119,15 @@ def test_rows_that_two_files_share_count_once(tmp_path: Path):
     assert "without 100 rows that log_1.csv has as well" in done.stderr + done.stdout
 
 
-def test_a_torque_in_per_cent_asks_for_the_rated_one(tmp_path: Path):
-    frame = table().rename(columns={"torque_0_Nm": "Actual torque [%]"})
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("Actual torque [%]", "0.024"), ("Torque actual value [0.1 %]", "0.0024"), ("torque ‰", "0.0024")],
+)
+def test_a_torque_in_per_cent_asks_for_the_rated_one(tmp_path: Path, name: str, factor: str):
+    frame = table().rename(columns={"torque_0_Nm": name})
     done, _ = make(tmp_path, {"a.csv": frame}, "--resolution", STEP)
     assert done.returncode == 2
-    assert "--map 'Actual torque [%]=torque_0_Nm*0.024' where it is 2.4 N m" in done.stderr
+    assert f"--map '{name}=torque_0_Nm*{factor}' where it is 2.4 N m" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -336,6 +336,8 @@ def test_a_plain_model_that_is_the_result_leaves_the_fit_without_errors():
     page = render(whole_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
     row = page.table(PLAIN, "Parameters of the plain model").row("inertia")
     assert [row["fit ± std"], row["95 % interval'"]] == ["0.0001234", ""]
+    meaning = page.table("Joint 4", "Parameters").row("offset")["meaning"]
+    assert meaning == "constant torque, which Ks and epos hold"
 
 
 def test_the_whole_model_has_residual_spread_and_ratio(page):

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 from click.testing import CliRunner
 
+import haptid
 from haptid.command_line import COMMANDS, main
 from haptid.discrepancy.commands import STAGES as OFFERED
 from haptid.discrepancy.finding.stages import STAGES
@@ -49,6 +50,11 @@ def test_every_command_is_there(name: str):
 def test_every_command_has_a_version(name: str):
     done = CliRunner().invoke(main, [name, "--version"])
     assert (done.exit_code, done.output) == (0, f"haptid, version {version()}\n")
+
+
+def test_the_package_has_the_version_of_its_commands():
+    assert haptid.__version__ == version()
+    assert "__version__" in dir(haptid)
 
 
 HEAVY = ("numpy", "pandas", "scipy", "sympy", "matplotlib", "cvxpy", "fmpy", "arviz")

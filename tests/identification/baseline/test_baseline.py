@@ -17,7 +17,7 @@ from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise, tell_result
-from haptid.identification.output.summary import tell_summary
+from haptid.identification.output.summary import attention, parameter_rows, tell_summary
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome
@@ -135,6 +135,15 @@ def test_a_fit_that_predicts_worse_than_the_plain_model_is_replaced(runs):
     assert -spring == pytest.approx(TRUE["offset"], rel=0.2)
     unseen = next(score for score in made.fit.runs if score.use == "validate")
     assert unseen.rmse_rad < 0.1 * np.std(runs[2].y)
+    configuration = Configuration(free_joints=(0,), posture=(), runs=tuple(runs))
+    step = Step(configuration=configuration, fit=made.fit, compared=made.compared)
+    id, value, std, unit, status = parameter_rows(step)[-1]
+    assert (id, unit, status) == ("offset", "N m", "identified")
+    assert float(value) == pytest.approx(-spring, rel=1e-5)
+    assert 0.0 < float(std) < 0.2 * TRUE["offset"]
+    (said,) = [sentence for sentence in attention(step) if sentence.startswith("Ks and epos stand for")]
+    assert "constant torque offset = -Ks·epos = " in said
+    assert "no place of the joint" in said
 
 
 def test_curves_of_a_run_pass_through_the_filter_of_all_runs(runs):
