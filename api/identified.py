@@ -616,7 +616,7 @@ def _constant_torques(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
     for id, one in entry["baseline"]["parameters"].items():
         if id.split("_")[0] == "offset":
             std = math.nan if one["std"] is None else one["std"]
-            status = "identified" if math.isfinite(std) else "unidentifiable"
+            status = tell_status("identified" if math.isfinite(std) else "unidentifiable", entry["outcome"])
             slides = one["unit"] == "N"
             about = f"constant {'force, which gravity_cos holds' if slides else 'torque, which Ks and epos stand for'}"
             rows.append(

@@ -9,7 +9,7 @@ import numpy as np
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import Figures
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import Outcome
+from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
@@ -89,8 +89,8 @@ class ConstantTorque:
 
     @property
     def status(self) -> str:
-        """Status by the word of every parameter."""
-        return "identified" if np.isfinite(self.std) else "unidentifiable"
+        """Word that is told of it, as of every parameter of the plain model."""
+        return tell_status("identified" if np.isfinite(self.std) else "unidentifiable", Outcome.PLAIN.label)
 
 
 def constant_torques(step: Step) -> list[ConstantTorque]:

@@ -80,7 +80,7 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
         told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
         rows.append((quantity.id, *told, quantity.unit, tell_status(status, fit.outcome.label)))
     for one in constant_torques(step):
-        known = one.status == "identified"
+        known = np.isfinite(one.std)
         rows.append((one.id, *((f"{one.value:.6g}", f"{one.std:.2g}") if known else ("-", "-")), one.unit, one.status))
     return rows
 

@@ -21,6 +21,7 @@ from haptid.identification.output.summary import (
     worst_score,
 )
 from haptid.identification.output.traces import Trace, traces_of
+from haptid.identification.result.outcome import UNCERTAIN
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
@@ -186,7 +187,8 @@ def _parameters(step: Step) -> Table:
         for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
     ]
     for one in constant_torques(step):
-        status, meaning = word_cell("status", one.status), f"constant torque, which {' and '.join(one.carried_by)} hold"
+        status = unfit if one.status == UNCERTAIN else word_cell("status", one.status)
+        meaning = f"constant torque, which {' and '.join(one.carried_by)} hold"
         rows.append((one.id, with_error(one.value, one.std), one.unit, status, "", "", meaning))
     header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
     return Table(header=header, rows=rows, caption="Parameters")

@@ -46,7 +46,7 @@ def test_the_summary_has_the_constant_torque_of_a_plain_model(tmp_path):
     file.write_text(json.dumps(content))
     row = Identified.read(tmp_path).summary().iloc[-1]
     assert row.name == ("joint 0", "offset")
-    assert (row["value"], row["std"], row["status"]) == (0.06, 0.002, "identified")
+    assert (row["value"], row["std"], row["status"]) == (0.06, 0.002, "uncertain")
 
 
 def test_a_value_that_the_runs_do_not_tell_has_no_standard_deviation(tmp_path):

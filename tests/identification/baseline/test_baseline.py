@@ -138,7 +138,7 @@ def test_a_fit_that_predicts_worse_than_the_plain_model_is_replaced(runs):
     configuration = Configuration(free_joints=(0,), posture=(), runs=tuple(runs))
     step = Step(configuration=configuration, fit=made.fit, compared=made.compared)
     id, value, std, unit, status = parameter_rows(step)[-1]
-    assert (id, unit, status) == ("offset", "N m", "identified")
+    assert (id, unit, status) == ("offset", "N m", "uncertain")
     assert float(value) == pytest.approx(-spring, rel=1e-5)
     assert 0.0 < float(std) < 0.2 * TRUE["offset"]
     (said,) = [sentence for sentence in attention(step) if sentence.startswith("Ks and epos stand for")]
