@@ -156,6 +156,12 @@ class Thresholds:
     largest_ratio_of_noise_between_runs: float = 10.0
     """Noise of a run, step included, over that of the joint's other runs [1] from which it is odd: where a motion is
     jerky, it comes out up to four times as large."""
+    least_ratio_of_noise_between_repeats: float = 2.0
+    """Spread between repeats of one torque over the noise, step included [1], from which the noise is correlated: white
+    noise comes out within 10 %."""
+    longest_correlation_of_noise_over_run: float = 0.02
+    """Rows over which the spread between repeats is correlated, over those of the run [1], up to which it is noise: a
+    motion that does not repeat is a spread of longer waves."""
     least_noise_over_step_of_flicker: float = 0.5
     """Noise over the encoder's step [1] from which readings at rest change level."""
     least_distance_from_level_in_steps: float = 0.1

@@ -198,6 +198,68 @@ def _odd_step(run: Run, column: int, usual: float) -> str:
     )
 
 
+def find_correlated_noise(runs: Sequence[Run]) -> dict[tuple[str, int], str]:
+    """Find joints whose noise is correlated in time, by runs that repeat one torque.
+
+    Parameters
+    ----------
+    runs
+        Runs with noise and encoder step, stated or estimated; excluded and coupled ones are ignored.
+
+    Returns
+    -------
+    dict
+        A sentence by file and joint, for the first of the repeated runs of a joint.
+
+    Notes
+    -----
+    The noise is estimated from differences of neighbouring rows, which shows white noise alone. Of K repeats y_k the
+    spread is √(K/(K − 1))·RMS(y_k − ȳ), whatever its correlation.
+    """
+    found: dict[tuple[str, int], str] = {}
+    for group in _repeats(runs):
+        y = np.stack([run.y[:, 0] for run in group])
+        apart = y - y.mean(axis=0)
+        apart -= apart.mean(axis=1, keepdims=True)
+        spread = float(np.sqrt(np.mean(apart**2) * len(group) / (len(group) - 1)))
+        std = max(float(run.sensor_std[0]) for run in group)
+        first, key = group[0], (group[0].file, group[0].free_joints[0])
+        if any(joint == key[1] for _, joint in found):
+            continue
+        most = int(THRESHOLDS.longest_correlation_of_noise_over_run * first.t.size)
+        rows = _correlated_rows(apart, most)
+        if spread < THRESHOLDS.least_ratio_of_noise_between_repeats * std or not 1 < rows <= most:
+            continue
+        unit = "m" if first.prismatic[0] else "rad"
+        lasts = 1e3 * rows * float(np.median(np.diff(first.t)))
+        found[key] = (
+            f"the position differs by {spread:.2g} between {len(group)} runs of the same torque, and white "
+            f"noise explains {std:.2g}: the noise is correlated, over about {lasts:.2g} ms; "
+            f"state noise_{unit} = {spread:.2g} under [sensor]"
+        )
+    return found
+
+
+def _repeats(runs: Sequence[Run]) -> list[list[Run]]:
+    """Return the runs of one joint that repeat a torque row by row, several to a group; a copy is no repeat."""
+    groups: dict[tuple[tuple[int, ...], bytes], list[Run]] = {}
+    for run in runs:
+        if run.use != "excluded" and len(run.free_joints) == 1 and np.ptp(run.u) > 0:
+            group = groups.setdefault((run.free_joints, run.u.tobytes()), [])
+            if not any(np.array_equal(run.y, other.y) for other in group):
+                group.append(run)
+    return [group for group in groups.values() if len(group) > 1]
+
+
+def _correlated_rows(apart: Array, most: int) -> int:
+    """Return after how many rows the autocorrelation falls below 1/e; one more than ``most`` where it does not."""
+    power = float(np.sum(apart**2))
+    for lag in range(1, most + 1):
+        if float(np.sum(apart[:, lag:] * apart[:, :-lag])) < power / np.e:
+            return lag
+    return most + 1
+
+
 def _rows_beside(y: Array, step: float) -> NDArray[np.intp]:
     """Return the rows whose reading lies between the levels that most readings have."""
     phase = np.exp(2j * np.pi * y / step)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.checks.between_runs import find_misnamed, find_odd_sensors, twins
+from haptid.measurement.checks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
@@ -74,6 +74,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     fulls = [with_noise(run) for run in campaign.runs]
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
     odd = find_odd_sensors(estimates)
+    correlated = find_correlated_noise(fulls)
     made = []
     for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
         shared = [*_few_rows(run), *_lost_rows(run), *(table[run.file] for table in between if run.file in table)]
@@ -82,7 +83,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
             if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
                 slips.append(turned[run.file])
-            sensor = [odd[run.file, joint]] if (run.file, joint) in odd else []
+            sensor = [table[run.file, joint] for table in (odd, correlated) if (run.file, joint) in table]
             doubts.append((*_stillness(run, full, column), *slips, *sensor, *shared))
             sentences.append((*_circumstances(run, column), *doubts[-1]))
         made.append(

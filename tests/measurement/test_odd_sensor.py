@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from haptid.measurement.checks.between_runs import find_odd_sensors
+from haptid.measurement.checks.between_runs import find_correlated_noise, find_odd_sensors
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.run import Array, Run
 from tests.measurement.test_suspicions import a_run, in_steps, moved
@@ -58,3 +58,47 @@ def test_excluded_runs_are_not_compared():
     runs = three_runs(cut_cell)
     runs[1] = runs[1].but(use="excluded")
     assert not find_odd_sensors(runs)
+
+
+def repeated(noise: Callable[[np.random.Generator, int], Array], runs: int = 3) -> list[Run]:
+    """Return runs of one torque and motion, each with noise of its own."""
+    t = np.arange(0.0, 10.0, 1e-3)
+    u, y = 0.01 * np.cos(3.0 * t), 0.3 * np.cos(3.0 * t - 0.5)
+    rng = np.random.default_rng(5)
+    return [with_noise(a_run(t, u, y + noise(rng, t.size), file=f"{k}.csv")) for k in range(runs)]
+
+
+def coloured(rng: np.random.Generator, rows: int, kept: float = 0.8) -> Array:
+    """Return noise of 2e-4 rad whose correlation falls by ``kept`` a row."""
+    white, noise = rng.standard_normal(rows), np.zeros(rows)
+    for k in range(1, rows):
+        noise[k] = kept * noise[k - 1] + np.sqrt(1 - kept**2) * white[k]
+    return 2e-4 * noise
+
+
+def test_noise_that_is_correlated_is_told_by_the_spread_of_repeats():
+    found = find_correlated_noise(repeated(coloured))
+    assert list(found) == [("0.csv", 0)]
+    sentence = found["0.csv", 0]
+    assert sentence.startswith("the position differs by 0.0002 between 3 runs of the same torque, and white noise")
+    assert sentence.endswith("state noise_rad = 0.0002 under [sensor]")
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        lambda rng, rows: 2e-4 * rng.standard_normal(rows),
+        # A motion that does not repeat differs in long waves.
+        lambda rng, rows: (
+            2e-5 * rng.standard_normal(rows) + 1e-3 * rng.standard_normal() * np.sin(np.arange(rows) / 300)
+        ),
+    ],
+)
+def test_white_noise_and_a_motion_that_does_not_repeat_are_no_correlated_noise(noise):
+    assert find_correlated_noise(repeated(noise)) == {}
+
+
+def test_noise_that_is_stated_as_large_as_it_is_needs_no_remark():
+    runs = [run.but(noise=np.array([2e-4])) for run in repeated(coloured)]
+    assert find_correlated_noise(runs) == {}
+    assert find_correlated_noise(runs[:1] * 2) == {}
