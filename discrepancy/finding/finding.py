@@ -22,12 +22,12 @@ from haptid.discrepancy.finding.accuracy import Origin, of_refit
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild, refit
 from haptid.discrepancy.fit.held_out import Prediction, predict
+from haptid.discrepancy.fit.stability import Stretches, stability_of
 from haptid.discrepancy.fit.standard_errors import of_curvature
 from haptid.discrepancy.search.forward_selection import search
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study
-from haptid.discrepancy.verdict.stability import Stretches, stability_of
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS
@@ -84,7 +84,7 @@ class Finding:
     regions
         Regions that hold most of that energy.
     stability
-        Share of bags in which an effect keeps its name, by its key (`discrepancy.verdict.stability`).
+        Share of bags in which an effect keeps its name, by its key (`discrepancy.fit.stability`).
     wall_s
         Wall time of all stages [s].
     errors

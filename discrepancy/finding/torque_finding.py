@@ -10,7 +10,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,10 +27,10 @@ from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import compare_candidates
+from haptid.discrepancy.torque_search.certain import compute_stability, find_doubted
 from haptid.discrepancy.torque_search.rivals import Rival
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.discrepancy.verdict.estimate import Estimate
-from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
 from haptid.fmu_build.accuracy.accuracy import Accuracy
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
@@ -92,6 +92,8 @@ class TorqueFinding:
         Share of bags of stretches in which an effect keeps its name, by its key.
     wall_s
         Wall time of all stages [s].
+    doubted
+        Keys of the effects whose names are not certain (`torque_search.certain`).
     """
 
     search: TorqueSearch
@@ -107,6 +109,7 @@ class TorqueFinding:
     considered: int
     stability: Mapping[str, float]
     wall_s: float
+    doubted: frozenset[str] = frozenset()
 
     @property
     def left(self) -> float:
@@ -125,11 +128,16 @@ class TorqueFinding:
 
         Names stand alone where they leave no more than does not repeat, on fitted and on held-out runs, or close nearly
         all that the best black box closes and most of what repeats; else they name a part. Where the runs do not tell
-        one of them from another effect, they are ambiguous. Names with which the recorded controller no longer holds
-        the simulation near the motion are no finding.
+        one of them from another effect, they are ambiguous. Where some names are doubted, the others name a part; names
+        that are all doubted are no finding, nor are those with which the recorded controller no longer holds the
+        simulation near the motion.
         """
         told_apart = "ambiguous" if self.search.rivals else "named"
+        if self.doubted:
+            told_apart = "partly_named"
         gap, names = self.gaps["validate"], self.search.final.effects
+        if self.all_doubted:
+            return "unlisted"
         aim = max(gap.noise, self.floor or 0.0)
         if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim and not self.worsens_position:
             return told_apart if names else "nothing_missing"
@@ -143,6 +151,12 @@ class TorqueFinding:
             THRESHOLDS.torque.least_share_of_repeated * self.repeated_share,
         )
         return told_apart if closed >= enough else "partly_named"
+
+    @property
+    def all_doubted(self) -> bool:
+        """Whether there are names, and none is certain."""
+        names = self.search.final.effects
+        return bool(self.doubted) and all(e.key in self.doubted for e in names)
 
     @property
     def worsens_position(self) -> bool:
@@ -170,7 +184,8 @@ class TorqueFinding:
     @property
     def sentence(self) -> str:
         """Sentence that an engineer reads first."""
-        names = " and ".join(f"{e.id} ({e.title})" for e in self.search.final.effects)
+        effects = self.search.final.effects
+        names = _write_names([e for e in effects if self.worsens_position or e.key not in self.doubted])
         if self.verdict == "nothing_missing":
             return "Nothing is missing: what is left of the torque does not repeat."
         if self.verdict in ("named", "ambiguous"):
@@ -179,8 +194,12 @@ class TorqueFinding:
             like = (
                 f" It is like {names}, but with it the position strays further from the measured one." if names else ""
             )
+            if self.all_doubted and not self.worsens_position:
+                like = f" It is like {_write_names(effects)}, which the runs do not hold."
             return f"Something is missing that no entry of the catalogue explains.{like} {self._measured}"
-        return f"Missing in the model: {names}; they explain a part.{self._told_of_rivals} {self._measured}"
+        doubted = _write_names([e for e in effects if e.key in self.doubted])
+        unsure = f" Not certain: {doubted}." if doubted else ""
+        return f"Missing in the model: {names}; they explain a part.{unsure}{self._told_of_rivals} {self._measured}"
 
     @property
     def _told_of_rivals(self) -> str:
@@ -291,6 +310,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     tell("closed loop")
     nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
     found = replace(found, rivals=_rivals_in_position(found, final_loop))
+    stability = compute_stability(final, seed=seed)
     finding = TorqueFinding(
         search=found,
         gaps={
@@ -307,8 +327,9 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         final_loop=final_loop,
         fmu=None,
         considered=len(known),
-        stability=stability_of(_cut_into_stretches(final), final.effects, seed=seed),
+        stability=stability,
         wall_s=time.perf_counter() - began,
+        doubted=find_doubted(final, stability),
     )
     # A surrogate must not reach the users' model.
     if not final.effects or finding.verdict == "unlisted":
@@ -346,23 +367,6 @@ def _sealed_gap(base: TorqueFit, final: TorqueFit, noise: float) -> dict[str, Ga
     return {"sealed": Gap(before=before, after=after, noise=noise)}
 
 
-def _cut_into_stretches(model: TorqueFit) -> Stretches:
-    """Cut the fitted rows into stretches; correlated rows are counted by correlation lengths."""
-    parametrisation = model.problem.parametrisation
-    over_noise = model.fitted / float(model.study.runs[0].sensor_std[0])
-    residuals, jacobians = cut_runs([over_noise], [model.jacobian])
-    return Stretches(
-        ids=parametrisation.ids,
-        slope=parametrisation.slope(model.theta),
-        values=model.values,
-        residuals=residuals,
-        jacobians=jacobians,
-        independent=max(model.fitted.size / model.correlation_time, 2.0),
-        prior=np.zeros(0),
-        prior_jacobian=np.zeros((0, model.jacobian.shape[1])),
-    )
-
-
 def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
     """Return the residual energy of the nominal model, in squares of the torque's noise.
 
@@ -376,6 +380,10 @@ def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
         turned.append(run.but(u=run.y, y=q + counted[:, None], noise=scale, resolution=np.zeros(1)))
         simulated.append(q[:, 0])
     return maps(turned, simulated)
+
+
+def _write_names(effects: Sequence[Effect]) -> str:
+    return " and ".join(f"{e.id} ({e.title})" for e in effects)
 
 
 def _remaining(found: TorqueSearch) -> Remaining:
@@ -512,4 +520,5 @@ def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
         },
         "evidence": evidence,
         "stability": finding.stability.get(effect.key),
+        "certain": effect.key not in finding.doubted,
     }

@@ -71,6 +71,11 @@ class TorqueThresholds:
     """Least decrease of the energy of predicted stretches, in its standard errors over the stretches."""
     least_amplitude_in_standard_errors: float = 3.0
     """Least amplitude of an effect in its standard errors."""
+    least_stability_of_certain_name: float = 0.33
+    """Least share of bags in which a certain name is kept [1]: half, less two standard errors of a share of the bags.
+
+    A cable and a Stribeck curve of another shape, which an axis had not, kept theirs in 0 and 0.18 of the bags.
+    """
     degree_of_black_box: int = 7
     """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9

@@ -22,6 +22,7 @@ from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
 from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
+from haptid.discrepancy.torque_search.certain import compute_stability, find_doubted
 from haptid.discrepancy.torque_search.ripple import with_ripple
 from haptid.discrepancy.torque_search.rivals import Rival, find_rivals
 from haptid.discrepancy.torque_search.scan import Promise, promises
@@ -136,7 +137,8 @@ def search_torque(
 def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
     """Leave out effects that do not keep their place beside the others, the weakest first.
 
-    An early effect may have stood for several that came later.
+    An early effect may have stood for several that came later. A doubted name has to earn its place as an added one
+    does: the simplest model is preferred where predictions lose nothing clear.
 
     Parameters
     ----------
@@ -148,14 +150,15 @@ def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
     Returns
     -------
     TorqueFit
-        Model whose every effect `TorqueCandidate.stays`.
+        Model whose every effect `TorqueCandidate.stays`, the doubted ones because the model predicts clearly better.
     """
     while model.effects:
+        doubted = find_doubted(model, compute_stability(model))
         trials = []
         for effect in model.effects:
             rest = tuple(e for e in model.effects if e is not effect)
             trials.append(compare_candidates(effect.key, fit_model(study, rest, model.values), model))
-        leaving = [trial for trial in trials if not trial.stays]
+        leaving = [t for t in trials if not t.stays or (t.key in doubted and not t.predicts_better)]
         if not leaving:
             return model
         weakest = min(leaving, key=lambda trial: trial.significance).key

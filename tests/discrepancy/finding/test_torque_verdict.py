@@ -74,3 +74,23 @@ def test_names_with_which_the_controller_holds_the_motion_worse_are_no_finding(
         final_loop=SimpleNamespace(rms={"fit": fitted, "validate": unseen}),
     )
     assert found.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("doubted", "verdict"), [((), "named"), (("two",), "partly_named"), (("one", "two"), "unlisted")]
+)
+def test_names_stand_alone_only_where_none_is_doubted(doubted: tuple[str, ...], verdict: str):
+    """A cable that no bag of stretches kept was named beside a ripple as if it were as certain."""
+    found = finding_that_leaves(5e-3, floor=19e-3, black_box=10e-3)
+    found.search.final.effects = tuple(
+        SimpleNamespace(key=key, id=key, title=f"title of {key}") for key in ("one", "two")
+    )
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    found = replace(found, doubted=frozenset(doubted))
+    assert found.verdict == verdict
+    told = {
+        "named": "Missing in the model: one (title of one) and two (title of two).",
+        "partly_named": "one (title of one); they explain a part. Not certain: two (title of two).",
+        "unlisted": "It is like one (title of one) and two (title of two), which the runs do not hold.",
+    }
+    assert told[verdict] in found.sentence

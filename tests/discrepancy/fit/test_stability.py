@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptid.discrepancy.verdict.stability import Stretches, stability_of
+from haptid.discrepancy.fit.stability import Stretches, stability_of
 from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 
