@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from haptid.measurement.format import schema
 from haptid.measurement.format.toml_source import TomlSource
-from haptid.measurement.values.run import Array
+from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.warning import warn
 from haptid.model.device.stated_parameters import ROWS, check_parameters, with_positive_bound
 from haptid.model.joint.parameter_table import all_ids, parameter_rows
@@ -151,6 +152,41 @@ def sensor_of(
     noise = [table.get(f"noise_{unit}", np.nan) for table, unit in zip(own, units, strict=True)]
     step = [table.get(f"resolution_{unit}", np.nan) for table, unit in zip(own, units, strict=True)]
     return np.array(noise, dtype=np.float64), np.array(step, dtype=np.float64)
+
+
+def refuse_unread_sensor(source: TomlSource, tables: dict[int, dict[str, Any]], runs: Sequence[Run]) -> None:
+    """Refuse a statement on the sensor in rad where all joints that it is about slide, or in m where all turn.
+
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml`` with its table ``[sensor]``.
+    tables
+        What `joint_tables` returned.
+    runs
+        All runs of the campaign.
+
+    Raises
+    ------
+    InputError
+        For a key that nothing reads, unless the same is stated in the other unit as well.
+    """
+    motions = {pair for run in runs for pair in zip(run.free_joints, run.prismatic, strict=True)}
+    places = [("sensor", source.data.get("sensor", {}), {slides for _, slides in motions})]
+    for joint in sorted(tables):
+        kinds = {slides for moved, slides in motions if moved == joint}
+        places.append((f"joint.{joint}.sensor", tables[joint].get("sensor", {}), kinds))
+    for section, table, kinds in places:
+        if len(kinds) != 1:
+            continue
+        (slides,) = kinds
+        unread, unit = ("rad", "m") if slides else ("m", "rad")
+        for quantity in ("noise", "resolution"):
+            key, right = f"{quantity}_{unread}", f"{quantity}_{unit}"
+            if key in table and right not in table:
+                expected = f"{right} of joints that {'slide' if slides else 'turn'}"
+                where = source.where(section, key)
+                raise InputError(where, expected=expected, got=key, todo=f"state it in {unit}, as {right}")
 
 
 def drive_constants(tables: dict[int, dict[str, Any]]) -> dict[int, float]:

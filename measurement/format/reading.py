@@ -23,6 +23,7 @@ from haptid.measurement.format.joint_tables import (
     friction_laws,
     joint_tables,
     read_overrides,
+    refuse_unread_sensor,
     warn_of_unused,
 )
 from haptid.measurement.format.run_entries import Reading, read_runs, table_inside
@@ -100,6 +101,7 @@ def campaign_from(source: TomlSource, folder: Path, read: Reading, loaded: Devic
     runs, unknown = read_runs(source, device, count, head.get("hold", "zero"), tables, drives, read)
     if unknown:
         warn(f"{folder}: columns that the format does not know are kept and not used: {', '.join(unknown)}")
+    refuse_unread_sensor(source, tables, runs)
     warn_of_unused(source, tables, {joint for run in runs for joint in run.free_joints})
     named = {"title", "device", "measured", "hold"}
     return Campaign(

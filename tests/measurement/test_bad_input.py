@@ -179,6 +179,31 @@ def test_current_without_torque_constant(folder):
     fault(folder, r"got current_4_A; give torque_constant_Nm_per_A under \[joint\.4\]")
 
 
+def slide(folder) -> None:
+    for name in ("a.csv", "b.csv"):
+        table = folder.frame.rename(columns={"torque_4_Nm": "force_4_N", "position_4_rad": "position_4_m"})
+        table.to_csv(folder.path / name, index=False)
+
+
+def test_a_noise_in_the_unit_of_another_motion(folder):
+    """It was ignored, and the noise estimated instead."""
+    slide(folder)
+    fault(folder, r"line 7, sensor\.noise_rad: expected noise_m of joints that slide, got noise_rad; state it in m, as")
+    folder.replace("noise_rad = 2e-4", "noise_m = 2e-4")
+    fault(folder, r"line 8, sensor\.resolution_rad: expected resolution_m of joints that slide")
+    folder.replace("resolution_rad = 1.5e-4", "resolution_rad = 1.5e-4\nresolution_m = 1e-6")
+    read_campaign(folder.path)
+    folder.replace("[joint.4.parameters]", "[joint.4.sensor]\nnoise_rad = 1e-4\n[joint.4.parameters]")
+    fault(folder, r"joint\.4\.sensor\.noise_rad: expected noise_m of joints that slide")
+
+
+def test_a_noise_in_metres_of_a_joint_that_turns(folder):
+    folder.replace("noise_rad = 2e-4", "noise_m = 2e-4")
+    fault(
+        folder, r"sensor\.noise_m: expected noise_rad of joints that turn, got noise_m; state it in rad, as noise_rad"
+    )
+
+
 def test_position_in_two_units(folder):
     folder.frame.assign(position_4_m=0.0).to_csv(folder.path / "a.csv", index=False)
     fault(folder, r"expected one position of joint 4")
