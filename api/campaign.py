@@ -24,7 +24,7 @@ from haptid.measurement.format.embedded import Embedded, choose_campaign
 from haptid.measurement.format.places import outside_allowed
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
-from haptid.measurement.making.frames import campaign_from_frames
+from haptid.measurement.making.frames import campaign_from_frames, frames_by_name
 from haptid.measurement.making.mapping import parse_map
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.run import Hold, Run
@@ -118,7 +118,9 @@ class Campaign:
             Tables by the name of their run, or in a list (then ``run0``, ``run1`` …). Columns are those of a run's
             file: ``time_s``, ``torque_<j>_Nm``, ``position_<j>_rad``; names such as ``Angle (deg)`` or ``tau1_mNm`` are
             understood and converted. The index counts for nothing. A time may be numbers, dates or durations. Positions
-            are counted on where they wrap, and a run is cut where rows are lost, into ``<name>_1``, ``<name>_2`` ….
+            are counted on where they wrap, and a run is cut where rows are lost, into ``<name>_1``, ``<name>_2`` …. An
+            empty cell or a repeated time is an error: leave such rows out by ``df.dropna()`` and
+            ``df.drop_duplicates("time_s")``.
         device
             Built-in name, path of a device TOML or URDF, a loaded `Device`, or ``single_joint`` for any one joint.
         measured
@@ -160,8 +162,8 @@ class Campaign:
             See `read`; also for each position that is counted on, each run that is cut, and a time without a unit that
             is taken for seconds. These stand in `remarks`, too.
         """
-        tables = dict(frames) if isinstance(frames, Mapping) else {f"run{k}": one for k, one in enumerate(frames)}
         with errors_name_arguments():
+            tables = frames_by_name(frames)
             answers = Answers(
                 title=title or "campaign from data frames",
                 device=device if isinstance(device, Device) else find_device(str(device), Path()),

@@ -28,6 +28,7 @@ from haptid.measurement.making.prepared import (
     describe_campaign,
     describe_drives,
     lack_supply,
+    map_currents,
     prepare_tables,
     with_supply,
 )
@@ -52,6 +53,9 @@ from haptid.support.command import parse_joints, word_command
 from haptid.support.errors import LONGEST, InputError, one_line, shorten
 from haptid.support.files.files import is_file, write_bytes, write_text
 from haptid.support.numbers import count_of
+
+EXAMPLE_CONSTANT = 0.4
+"""Torque of an ampere [N m/A] that an error shows as an example."""
 
 
 def make_campaign(
@@ -98,6 +102,7 @@ def make_campaign(
         prepared = _with_supply(prepare_tables(tables, answers), answers.supply, asks=asks)
         _refuse_absent_joints(prepared, str(answers.device))
         answers = _with_constant(answers, prepared, asks=asks)
+    assumed += _assume_one_constant(prepared, answers)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
@@ -139,6 +144,16 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
     except InputError as error:
         where, expected = (words.replace(str(draft), str(folder)) for words in (error.where, error.expected))
         raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
+
+
+def _assume_one_constant(prepared: list[PreparedTable], answers: Answers) -> list[str]:
+    """Return a sentence on the torque of an ampere, where several motors get the same."""
+    constant = answers.torque_constant
+    own = {} if constant is None else map_currents(prepared, constant)
+    if constant is None or len(own) < 2:
+        return []
+    joints = ", ".join(map(str, own))
+    return [f"an ampere gives {constant:g} N m (N) at each of joints {joints} (each its own: {own[max(own)]})"]
 
 
 def _remark_on_constant(prepared: list[PreparedTable], answers: Answers) -> list[str]:
@@ -307,6 +322,10 @@ def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: boo
     (joint, key), *_ = keys.items()
     unit = "N/A" if key.startswith("force") else "N m/A"
     todo = f"state it by --torque-constant [{unit}]; 1 where nobody knows it: masses and friction are then in amperes"
+    if len(keys) > 1:
+        # Two show how: the options of six joints would be cut within a name.
+        own = " ".join([*map_currents(prepared, EXAMPLE_CONSTANT).values()][:2])
+        todo = f"state it by --torque-constant [{unit}] where it is that of all motors, or each by {own}"
     where = f"current_{joint}_A"
     raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.measurement.tables.misnamed import likely_time_units
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -45,7 +46,8 @@ def _check(run: Run, where: str) -> None:
         raise InputError(after, expected=expected, got=f"{gaps[row]:.3g} s", todo=todo)
     usual, row = float(np.median(gaps)), int(np.argmax(gaps))
     if usual > THRESHOLDS.longest_row_interval_s:
-        todo = "where the time is in ms, multiply it by 0.001"
+        ways = [f"where the time is in {unit}, multiply it by {factor}" for unit, factor in likely_time_units(usual)]
+        todo = "; ".join(ways)
         expected = f"time in seconds, with rows {THRESHOLDS.longest_row_interval_s} s apart at most"
         raise InputError(where, expected=expected, got=f"{usual:.4g} s", todo=todo)
     if gaps[row] > max(THRESHOLDS.longest_gap_s, THRESHOLDS.longest_gap_in_rows * usual):

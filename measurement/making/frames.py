@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,9 @@ from haptid.measurement.format.devices import SUFFIXES
 from haptid.measurement.format.reading import campaign_from
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import describe_campaign, prepare_tables
-from haptid.measurement.making.times import assume_seconds, with_seconds
+from haptid.measurement.making.times import assume_seconds, has_time, is_time, with_seconds
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
@@ -65,6 +66,7 @@ def campaign_from_frames(
     tables, told = [], []
     for name, frame in frames.items():
         table, column = assume_seconds(with_seconds(table_of(name, frame), answers.stated)[0], answers.stated)
+        _refuse_time_in_index(table, frame, answers.stated)
         tables.append(table)
         if column:
             told.append(f"{name}: column {column!r} is taken for seconds, as it has no unit; columns= states another")
@@ -81,6 +83,48 @@ def campaign_from_frames(
     for sentence in told:
         warn(sentence)
     return campaign.but(remarks=tuple(told))
+
+
+def frames_by_name(frames: object) -> dict[str, pd.DataFrame]:
+    """Return the tables of runs by name, from a mapping or a list of them.
+
+    Parameters
+    ----------
+    frames
+        What the caller gave.
+
+    Returns
+    -------
+    dict
+        ``run0``, ``run1`` … are the names of a list.
+
+    Raises
+    ------
+    InputError
+        Where it is neither, as a bare data frame, or holds no table.
+    """
+    expected, todo = "data frames by the name of their run, or a list of them", 'write {"run": df}'
+    # A data frame is iterable: its columns' names would be taken for tables.
+    if isinstance(frames, pd.DataFrame | str) or not isinstance(frames, Iterable):
+        raise InputError(str(FOLDER), expected=expected, got=f"one {type(frames).__name__}", todo=todo)
+    tables = dict(frames) if isinstance(frames, Mapping) else {f"run{k}": one for k, one in enumerate(frames)}
+    if not tables:
+        raise InputError(str(FOLDER), expected=expected, got="none", todo=todo)
+    return tables
+
+
+def _refuse_time_in_index(table: Table, frame: pd.DataFrame, stated: Mapping[str, Target]) -> None:
+    """Refuse a table without a time whose index is likely that time."""
+    index = frame.index
+    if has_time(table, stated) or isinstance(index, pd.MultiIndex):
+        return
+    dated = isinstance(index, pd.DatetimeIndex | pd.TimedeltaIndex)
+    named = index.name is not None and is_time(str(index.name))
+    numbered = index.name is None and pd.api.types.is_float_dtype(index.dtype) and index.is_monotonic_increasing
+    if dated or named or numbered:
+        how = "df.reset_index()" if index.name is not None else 'df.reset_index(names="time_s")'
+        todo = f"make the index a column, as by {how}"
+        raise InputError(str(table.path), expected="a column time_s", got="none, and a time as the index", todo=todo)
 
 
 def _with_statements(found: Mapping[str, Any], joints: Mapping[int, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

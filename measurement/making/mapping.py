@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
+from haptid.measurement.tables.misnamed import likely_time_units
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -38,7 +39,7 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (_ALONE.format("(?:[uµμ]s|usec|micros[a-z]*)"), "time_s*1e-06"),
         (_ALONE.format("(?:ns|nsec|nanos[a-z]*)"), "time_s*1e-09"),
         (_ALONE.format("(?:s|sec|seconds?)"), "time_s"),
-        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*0.001"),
+        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*?"),
     ),
     "torque": (
         (r"mn[ ·*]?m(?!m)|n[ ·*]?mm", "torque_{}_Nm*0.001"),
@@ -57,14 +58,17 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (r"rad", "position_{}_rad"),
         (_ALONE.format("mm"), "position_{}_m*0.001"),
         (r"turns|rev", "position_{}_rad*6.28319"),
-        (rf"deg|°|angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*0.0174533"),
+        (r"deg|°", "position_{}_rad*0.0174533"),
+        (rf"angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*?"),
     ),
 }
 """By signal: patterns of names that it is likely under, and the column of the campaign format with the factor.
 
-The first match decides. A time without a unit that comes so far is none in seconds, and an angle without one is likely
-in degrees: radians are mostly said.
+The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
+and nothing tells radians from degrees.
 """
+DEGREE = "0.0174533"
+"""Radians of a degree, as a remedy writes them."""
 
 
 DEMANDED = re.compile(
@@ -73,7 +77,7 @@ DEMANDED = re.compile(
 """Names of what a controller follows, which is no measured position."""
 NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
 """Names that hold a word of a position and are none."""
-LONGEST_REMEDY = 130
+LONGEST_REMEDY = 145
 """Most characters of a remedy with an example for each signal."""
 
 
@@ -170,7 +174,11 @@ def _refuse_share_of_torque(columns: Sequence[str], file: str) -> None:
 
 
 def free_joints(
-    columns: list[str], file: str, only: tuple[int, ...] | None = None, closed: frozenset[int] = frozenset()
+    columns: list[str],
+    file: str,
+    only: tuple[int, ...] | None = None,
+    closed: frozenset[int] = frozenset(),
+    interval_of: Callable[[str], float] | None = None,
 ) -> tuple[int, ...]:
     """Return the free joints of a table: those with both a torque (or what drives the motor) and a position.
 
@@ -184,6 +192,9 @@ def free_joints(
         Joints to choose from; None for all.
     closed
         Joints whose controller is known: what it follows drives them as well.
+    interval_of
+        Function from a column to the median difference of its neighbouring rows, by which an error chooses the unit of
+        a time; None where it is not known.
 
     Returns
     -------
@@ -204,33 +215,44 @@ def free_joints(
             _refuse_share_of_torque(columns, file)
         parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
         lacking = [word for there, word in parts if not there]
-        todo = _how_to_name(lacking, columns, driven | seen) if lacking else _which_joints(driven, seen, only)
+        todo = (
+            _how_to_name(lacking, columns, driven | seen, interval_of) if lacking else _which_joints(driven, seen, only)
+        )
         raise InputError(file, expected=COLUMNS_NEEDED, got=", ".join(columns), todo=todo)
     return tuple(sorted(found_joints))
 
 
-def _how_to_name(lacking: Sequence[str], columns: Sequence[str], joints: Collection[int]) -> str:
+def _how_to_name(
+    lacking: Sequence[str],
+    columns: Sequence[str],
+    joints: Collection[int],
+    interval_of: Callable[[str], float] | None,
+) -> str:
     """Say how to name the columns of signals that are lacking: those of the table that are likely meant."""
     joint = min(joints, default=0)
     unknown = [column for column in columns if not KNOWN.fullmatch(column)]
-    named, examples, added = [], [], []
+    named, notes, examples, added = [], list[str](), [], []
     for signal in lacking:
         likely = [(column, goal) for column in unknown if (goal := _likely_goal(signal, column))]
         likely.sort(key=lambda pair: DEMANDED.search(pair[0]) is not None)  # a measured torque before a demanded one
         if likely:
             column, goal = likely[0]
             unknown.remove(column)
-            named.append(f"--map '{column}={goal.format(joint)}'")
+            sure, note = _choose_unit(goal.format(joint), interval_of(column) if interval_of else float("nan"))
+            named.append(f"--map '{column}={sure}'")
+            notes += [note] if note else []
             continue
         name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
         if unknown:
             examples.append(f"--map '{unknown.pop(0)}={name}'")
         else:
             added.append(name)
-    whole = _remedy(lacking, named, examples, added)
+    whole = _remedy(lacking, named, notes, examples, added)
     references = _likely_references(unknown)[:1] if "position" in lacking else []
-    told = [f"--map '{column}={goal.format(joint)}'" for column, goal in references]
-    wider = _remedy(lacking, [*named, *told], examples, added)
+    told = [f"--map '{column}={_choose_unit(goal.format(joint))[0]}'" for column, goal in references]
+    # One note holds for both angles.
+    of_both = [re.sub(rf"position_{JOINT}_rad(?=\*)", "", note) for note in notes]
+    wider = _remedy(lacking, [*named, *told], of_both if told else notes, examples, added)
     if len(wider) <= LONGEST_REMEDY:
         return wider
     # A cut name helps nobody: where all do not fit, one shows how.
@@ -238,8 +260,23 @@ def _how_to_name(lacking: Sequence[str], columns: Sequence[str], joints: Collect
     return whole if len(whole) <= LONGEST_REMEDY else shortest
 
 
-def _remedy(lacking: Sequence[str], named: Sequence[str], examples: Sequence[str], added: Sequence[str]) -> str:
-    ways = (("use", " ".join(named)), ("name a column, as in", " ".join(examples)), ("add", " and ".join(added)))
+def _choose_unit(goal: str, interval: float = float("nan")) -> tuple[str, str]:
+    """Return what a column is mapped to, with a factor, and a note on the other unit that is as likely."""
+    name, _, factor = goal.partition("*")
+    if factor != "?":
+        return goal, ""
+    if name != "time_s":
+        return name, f"radians; degrees: {name}*{DEGREE}"
+    (unit, seconds), *others = likely_time_units(interval)
+    note = f"{unit}; {others[0][0]}: {name}*{others[0][1]}" if others else ""
+    return name if float(seconds) == 1.0 else f"{name}*{seconds}", note
+
+
+def _remedy(
+    lacking: Sequence[str], named: Sequence[str], notes: Sequence[str], examples: Sequence[str], added: Sequence[str]
+) -> str:
+    used = " ".join([*named, *(f"({note})" for note in notes)])
+    ways = (("use", used), ("name a column, as in", " ".join(examples)), ("add", " and ".join(added)))
     return f"no {', no '.join(lacking)}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
 
 

@@ -153,7 +153,7 @@ def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *,
     time = next((column for column, name in names.items() if name == "time_s"), "time_s")
     usable = usable_rows(table, needed if mend else (), time)
     frame = map_columns(usable.table, targets)
-    free_joints(list(frame.columns), str(table.path), answers.free, answers.closed)
+    free_joints(list(frame.columns), str(table.path), answers.free, answers.closed, table.interval)
     return replace(usable, table=replace(usable.table, frame=frame))
 
 
@@ -273,6 +273,32 @@ def current_constants(prepared: Sequence[PreparedTable]) -> dict[int, str]:
                 slides = f"position_{joint}_m" in one.frame
                 found[joint] = "force_constant_N_per_A" if slides else "torque_constant_Nm_per_A"
     return found
+
+
+def map_currents(prepared: Sequence[PreparedTable], constant: float) -> dict[int, str]:
+    """Word the option by which a joint's current gets a torque of an ampere of its own.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    constant
+        Torque of an ampere [N m/A] ([N/A]) to show.
+
+    Returns
+    -------
+    dict
+        ``--map 'I1 (A)=torque_1_Nm*0.4'`` by joint, for the joints whose current was recorded in place of their torque.
+    """
+    words: dict[int, str] = {}
+    for joint, key in sorted(current_constants(prepared).items()):
+        current = f"current_{joint}_A"
+        torque = f"force_{joint}_N" if key.startswith("force") else f"torque_{joint}_Nm"
+        # The user's own name and unit of the column, where they are others.
+        named = [pair for one in prepared for pair in one.targets.items() if pair[1].name == current]
+        column, factor = (named[0][0], named[0][1].factor) if named else (current, 1.0)
+        words[joint] = f"--map '{column}={torque}*{factor * constant:.6g}'"
+    return words
 
 
 def _drives(prepared: Sequence[PreparedTable]) -> dict[int, str]:

@@ -38,9 +38,9 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
         What was understood, in words; empty where nothing was.
     """
     dated = [column for column in table.columns if _holds_dates(table.frame[column])]
-    times = [column for column in dated if column in stated or column == TIME or _is_time(column)]
+    times = [column for column in dated if column in stated or column == TIME or is_time(column)]
     # Of several columns with dates only one with a time's name is the time.
-    chosen = times or (dated if not any(_is_time(column) for column in table.columns) else [])
+    chosen = times or (dated if not any(is_time(column) for column in table.columns) else [])
     if len(chosen) != 1:
         return table, ""
     (column,) = chosen
@@ -97,7 +97,35 @@ def _may_be_seconds(t: Array) -> bool:
     return THRESHOLDS.shortest_likely_row_interval_s <= usual <= THRESHOLDS.longest_usual_row_interval_s
 
 
-def _is_time(column: str) -> bool:
+def has_time(table: Table, stated: Mapping[str, Target]) -> bool:
+    """Whether a table has a column that holds the time, or is likely to.
+
+    Parameters
+    ----------
+    table
+        The user's table.
+    stated
+        Column of the format by column of the user's table, as the user states it.
+
+    Returns
+    -------
+    bool
+    """
+    return any(target.name == TIME for target in stated.values()) or any(is_time(column) for column in table.columns)
+
+
+def is_time(column: str) -> bool:
+    """Whether a name is that of a time, with or without a unit.
+
+    Parameters
+    ----------
+    column
+        Name of a column.
+
+    Returns
+    -------
+    bool
+    """
     target = understand_column(column, 1.0)
     return column == TIME or (target is not None and target.name == TIME) or looks_like_time(column)
 

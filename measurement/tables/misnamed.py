@@ -6,6 +6,10 @@ import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 
+from haptid.measurement.thresholds import THRESHOLDS
+
+TIME_UNITS = (("seconds", "1"), ("milliseconds", "0.001"), ("microseconds", "1e-06"), ("nanoseconds", "1e-09"))
+"""Units that a time may be in, and the seconds of one of each."""
 UNITS = (
     (r"time_?(ms|millis\w*|msec)", "time_s", "multiply it by 0.001"),
     (r"time_?(us|micros\w*|usec)", "time_s", "multiply it by 1e-6"),
@@ -69,3 +73,22 @@ def looks_like_time(column: str) -> bool:
     bool
     """
     return any(known == "time_s" and re.fullmatch(pattern, column, re.IGNORECASE) for pattern, known, _ in UNITS)
+
+
+def likely_time_units(interval: float) -> tuple[tuple[str, str], ...]:
+    """Find the units in which a time can be, by the interval of its rows.
+
+    Parameters
+    ----------
+    interval
+        Median difference of neighbouring rows, in the unit that is looked for; NaN where it is not known.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Name of each unit in which a joint may be logged at that interval, and its seconds as they are written;
+        milliseconds and microseconds where there is none.
+    """
+    shortest, longest = THRESHOLDS.shortest_likely_row_interval_s, THRESHOLDS.longest_row_interval_s
+    fitting = tuple(unit for unit in TIME_UNITS if shortest <= interval * float(unit[1]) <= longest)
+    return fitting or TIME_UNITS[1:3]

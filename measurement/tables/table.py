@@ -46,6 +46,9 @@ TODO_BY_CELL = (
     (ISO_DATE, "dates are read where a campaign is made (haptid init): write seconds here"),
 )  # fmt: skip
 """Forms of a cell that is no number, and what to do about them; the first match decides."""
+DROP_EMPTY = "leave such rows out, as by df.dropna()"
+"""What a program does about an empty cell of a data frame; `haptid init` leaves the row out itself."""
+EMPTY_COLUMN = "no row has a number there: leave the run out"
 SHOWN_CELL_CHARACTERS = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -145,6 +148,8 @@ class Table:
         if index == 0 and np.isnan(values).all() and not pd.isna(cell):
             got += " and no number in any other row"
         todo = CORRECT_CELL if np.isnan(values[index]) else f"no value is above {THRESHOLDS.largest_reading:g}"
+        if self.in_memory and pd.isna(cell):
+            todo = EMPTY_COLUMN if np.isnan(values).all() else DROP_EMPTY
         todo = next((known for form, known in TODO_BY_CELL if form.fullmatch(str(cell))), todo)
         return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)
 
@@ -179,6 +184,23 @@ class Table:
         except (TypeError, ValueError):
             return np.array([_number(cell) for cell in cells], dtype=np.float64)
 
+    def interval(self, column: str) -> float:
+        """Return the median distance of neighbouring rows, in the unit of the column.
+
+        Parameters
+        ----------
+        column
+            Name of a column of the table.
+
+        Returns
+        -------
+        float
+            NaN where fewer than two cells hold a number.
+        """
+        values = self.loosely(column)
+        intervals = np.abs(np.diff(values[np.isfinite(values)]))
+        return float(np.median(intervals)) if intervals.size else float("nan")
+
     def time(self) -> Array:
         """Read the column ``time_s``.
 
@@ -198,8 +220,22 @@ class Table:
             k = int(back[0]) + 1
             got = f"{t[k]} s after {t[k - 1]} s"
             where = f"{self.row(k)}, time_s"
-            raise InputError(where, expected="time that increases from row to row", got=got)
+            todo = _remedy_of_times(np.diff(t), repeats=bool(t[k] == t[k - 1])) if self.in_memory else ""
+            raise InputError(where, expected="time that increases from row to row", got=got, todo=todo)
         return t
+
+
+def _remedy_of_times(intervals: Array, *, repeats: bool) -> str:
+    """Say what a program does about a data frame whose time does not increase."""
+    repeated = int(np.count_nonzero(intervals == 0.0))
+    rows = intervals.size + 1
+    if repeats and repeated > THRESHOLDS.largest_share_of_rows_left_out * rows:
+        # Without them hardly half of the rows would be left, at wrong times.
+        return f"{repeated} of {rows} rows repeat a time: give it more digits, as float64"
+    if repeats:
+        return 'leave such rows out, as by df.drop_duplicates("time_s")'
+    # Sorted rows of two runs would be mixed.
+    return 'sort the rows, as by df.sort_values("time_s"), or give each run a frame of its own'
 
 
 def read_table(path: Path, *, as_text: bool = False) -> Table:

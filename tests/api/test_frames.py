@@ -316,10 +316,13 @@ def test_a_time_without_unit_is_taken_for_seconds_and_told(frames):
 @pytest.mark.parametrize(
     ("names", "told"),
     [
-        ({"Angle 0 (deg)": "Angle"}, 'no position: use columns={"Angle": "position_0_rad*0.0174533"}'),
+        (
+            {"Angle 0 (deg)": "Angle"},
+            'no position: use columns={"Angle": "position_0_rad"} (radians; degrees: position_0_rad*0.0174533)',
+        ),
         (
             {"Angle 0 (deg)": "Angle", "Torque 0 (Nmm)": "M"},
-            'use columns={"M": "torque_0_Nm", "Angle": "position_0_rad*0.0174533"}',
+            'use columns={"M": "torque_0_Nm", "Angle": "position_0_rad"} (radians; degrees: position_0_rad*0.0174533)',
         ),
         ({"t (ms)": "Time"}, 'no time: use columns={"Time": "time_s*0.001"}'),
         ({"Torque 0 (Nmm)": "Torque (lbf ft)"}, 'use columns={"Torque (lbf ft)": "torque_0_Nm*1.35582"}'),
@@ -330,6 +333,95 @@ def test_what_lacks_is_shown_as_python_with_a_column_of_the_table(frames, names,
     with pytest.raises(InputError) as caught:
         Campaign.from_frames({"a": frames["a"].rename(columns=names)})
     assert str(caught.value).endswith(told)
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"),
+    [
+        (1.0, '"time_s*0.001"}'),
+        (1e3, '"time_s*1e-06"}'),
+        (1e6, '"time_s*1e-09"}'),
+        (100.0, '"time_s"} (seconds; milliseconds: time_s*0.001)'),
+        (2e5, '"time_s*0.001"} (milliseconds; microseconds: time_s*1e-06)'),
+    ],
+)
+def test_the_unit_of_a_bare_time_is_chosen_by_the_interval_of_its_rows(frames, factor, told):
+    """Microseconds were told to be milliseconds."""
+    table = frames["a"].rename(columns={"t (ms)": "t"})
+    usual = 2.0 if factor not in (100.0, 2e5) else {100.0: 0.2, 2e5: 400.0}[factor] / factor
+    table["t"] *= factor * usual / np.median(np.diff(table["t"]))
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames({"a": table})
+    assert str(caught.value).endswith(f'no time: use columns={{"t": {told}')
+
+
+def test_a_time_too_coarse_for_seconds_names_its_unit(frames):
+    slow = frames["a"].rename(columns={"t (ms)": "time_s"}).assign(time_s=lambda table: 1e3 * table["time_s"])
+    with pytest.raises(InputError, match=r"where the time is in microseconds, multiply it by 1e-06$"):
+        Campaign.from_frames({"a": slow})
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (
+            lambda f: f.assign(M=f["M"].where(f.index != 7)),
+            ", row 8, torque_0_Nm: .*; leave such rows out, as by df.dropna",
+        ),
+        (lambda f: f.assign(M=np.nan), ", row 1, torque_0_Nm: .*; no row has a number there: leave the run out"),
+        (lambda f: f.iloc[[*range(50), *range(49, 90)]], r', row 51, time_s: .*; .* df.drop_duplicates\("time_s"\)'),
+        (
+            lambda f: f.assign(time_s=f["time_s"].round(2)),
+            ", row 2, time_s: .* rows repeat a time: give it more digits",
+        ),
+        (
+            lambda f: f.iloc[::-1],
+            r', row 2, time_s: .*; sort the rows, as by df.sort_values\("time_s"\), or give each run',
+        ),
+        (lambda f: f.set_index("time_s"), r": expected a column time_s, got .* index; .* by df.reset_index\(\)"),
+        (lambda f: f.set_index("time_s").rename_axis(None), r': .* as by df.reset_index\(names="time_s"\)'),
+        (
+            lambda f: f.set_index(pd.to_timedelta(f["time_s"], unit="s").rename("at")).drop(columns="time_s"),
+            r": .* as by df.reset_index\(\)",
+        ),
+        (lambda f: f.drop(columns="time_s"), ": expected columns time_s, .*; no time: add time_s"),
+    ],
+)
+def test_the_error_of_a_frame_says_what_a_program_does(frames, change, told):
+    table = frames["a"].set_axis(["time_s", "M", "Angle (deg)"], axis=1).assign(time_s=lambda f: f["time_s"] / 1e3)
+    stated = {"M": "torque_0_Nm"}
+    Campaign.from_frames({"a": table}, columns=stated)
+    with pytest.raises(InputError, match=f"^frames/a{told}"):
+        Campaign.from_frames({"a": change(table)}, columns=stated)
+
+
+def test_what_the_errors_say_mends_the_frames(frames):
+    table = (
+        frames["a"].set_axis(["time_s", "torque_0_Nm", "Angle (deg)"], axis=1).assign(time_s=lambda f: f.time_s / 1e3)
+    )
+    plain = Campaign.from_frames({"a": table}).runs
+    index = pd.to_datetime("2026-01-01") + pd.to_timedelta(table["time_s"], unit="s").rename("at")
+    for mended in (
+        table.iloc[::-1].sort_values("time_s"),
+        table.iloc[[*range(50), *range(49, len(table))]].drop_duplicates("time_s"),
+        table.set_index("time_s").reset_index(),
+        table.set_index("time_s").rename_axis(None).reset_index(names="time_s"),
+        table.set_index(index).drop(columns="time_s").reset_index(),
+    ):
+        for run, other in zip(Campaign.from_frames({"a": mended}).runs, plain, strict=True):
+            assert run.t == pytest.approx(other.t, abs=1e-8)
+            assert np.array_equal(run.y, other.y)
+
+
+@pytest.mark.parametrize(
+    ("given", "got"), [("frame", "one DataFrame"), ({}, "none"), ([], "none"), (None, "one NoneType")]
+)
+def test_frames_that_are_no_mapping_and_no_list_are_refused(frames, given, got):
+    """The columns of a bare frame were taken for runs."""
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames(frames["a"] if isinstance(given, str) else given, validate=["v"])
+    expected = "data frames by the name of their run, or a list of them"
+    assert str(caught.value) == f'frames: expected {expected}, got {got}; write {{"run": df}}'
 
 
 def test_unknown_columns_are_kept_with_a_python_warning(frames):

@@ -124,13 +124,14 @@ def test_new_says_everything_that_lacks_at_once(tables, tmp_path):
         frame[["Time (ms)", "Position demand value", "deg", "Motor current [A]"]].rename(
             columns={"deg": "Position actual value"}
         ).to_csv(path, index=False)
-    position = "--map 'Position actual value=position_0_rad*0.0174533'"
-    reference = "--map 'Position demand value=reference_0_rad*0.0174533'"
+    position = "--map 'Position actual value=position_0_rad'"
+    reference = "--map 'Position demand value=reference_0_rad'"
+    unit = " (radians; degrees: *0.0174533)"
     also = "; also --torque-constant [N m/A], --measured or --synthetic\n"
     result = run_new(tables, "--out", tmp_path / "made")
     assert result.exit_code == 2
-    assert result.stderr.endswith(f"; no position: use {position} {reference}{also}")
-    maps = [position.split("'")[1], reference.split("'")[1]]
+    assert result.stderr.endswith(f"; no position: use {position} {reference}{unit}{also}")
+    maps = [f"{option.split(chr(39))[1]}*0.0174533" for option in (position, reference)]
     flags = ["--torque-constant", "0.4", "--measured", "--map", maps[0], "--map", maps[1]]
     assert run_new(tables, "--out", tmp_path / "made", *flags).exit_code == 0
 
@@ -196,6 +197,35 @@ def test_new_takes_a_current_with_the_torque_of_an_ampere(tables, tmp_path, posi
     assert f"{key} = 0.25" in (out / "campaign.toml").read_text()
     original = pd.read_csv(tables / "one.csv")
     np.testing.assert_allclose(read_campaign(out).runs[0].u[:, 0], 0.25 * original["tau"], rtol=1e-15)
+
+
+def test_new_says_how_each_of_several_motors_gets_its_constant(tables, tmp_path):
+    """One number was taken for all motors, and nothing said so."""
+    for path in tables.iterdir():
+        frame = pd.read_csv(path)
+        motors = {
+            "I0 (A)": frame["tau"],
+            "I1 (mA)": 1e3 * frame["tau"],
+            "q0 (deg)": frame["deg"],
+            "q1 (deg)": frame["deg"],
+        }
+        pd.DataFrame({"t (ms)": frame["ms"], **motors}).to_csv(path, index=False)
+    own = ["I0 (A)=torque_0_Nm*0.4", "I1 (mA)=torque_1_Nm*0.0004"]
+    start = (tables, "--out", tmp_path / "made", "--measured", "--device", "double_pendulum")
+    refused = run_new(*start)
+    each = " ".join(f"--map '{one}'" for one in own)
+    assert refused.exit_code == 2
+    assert f"--torque-constant [N m/A] where it is that of all motors, or each by {each}" in refused.stderr
+    alike = run_new(*start, "--torque-constant", "0.4")
+    assert alike.exit_code == 0, alike.output
+    told = f"  an ampere gives 0.4 N m (N) at each of joints 0, 1 (each its own: --map '{own[1]}')"
+    assert told in alike.output.split("assumed, unless a flag says otherwise:\n")[1].splitlines()
+    start = (tables, "--out", tmp_path / "other", "--measured", "--device", "double_pendulum")
+    stated = run_new(*start, "--map", own[0], "--map", "I1 (mA)=torque_1_Nm*0.0002")
+    assert stated.exit_code == 0, stated.output
+    assert "ampere" not in stated.output
+    run, other = read_campaign(tmp_path / "other").runs[0], read_campaign(tmp_path / "made").runs[0]
+    np.testing.assert_allclose(run.u * [1.0, 2.0], other.u, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("constant", "told"), [("-0.25", True), ("0.25", False)])
