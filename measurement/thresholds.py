@@ -34,6 +34,11 @@ class Thresholds:
     """Log likelihood by which the spectrum of an average must be ahead of a smooth one, for each run and joint
     [1]: a factor of 2·10⁴."""
 
+    # Noise beside motion.
+    least_noise_in_higher_order: float = 0.8
+    """Least standard deviation that differences of the highest order leave, over that of order 4, from which on both
+    are noise [1]: noise leaves 0.9 to 1.1 on the recorders seen, motion of ten rows a period and fewer up to 0.5."""
+
     # Tables: what is read of a file.
     least_rows_of_table: int = 8
     """Rows of the shortest table that is read [1]."""

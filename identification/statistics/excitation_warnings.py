@@ -28,7 +28,7 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
     theta
         Parameters, shape (n_p,).
     motions
-        Times t [s], shape (n_t,), and positions y [rad], shape (n_t, n_joints), by run.
+        Times t [s], shape (n_t,), and positions y [rad] or [m], shape (n_t, n_joints), by run.
 
     Returns
     -------
@@ -45,12 +45,14 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
         needed = [id for id in (roles.stiffness, roles.stribeck_velocity, roles.stiction) if id]
         if all(friction[id] > 0 for id in needed) and f"{roles.stiffness or roles.coulomb}{tail}" in free:
             name = f"joint {joint}: " if tail else ""
-            found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions])
+            speed = roles.stribeck_velocity
+            unit = equations.parameter(f"{speed}{tail}").unit if speed else ""
+            found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions], unit)
     return tuple(found)
 
 
 def _joint_warnings(
-    name: str, law: FrictionLaw, friction: dict[str, float], motions: list[tuple[Array, Array]]
+    name: str, law: FrictionLaw, friction: dict[str, float], motions: list[tuple[Array, Array]], unit_of_speed: str
 ) -> Iterator[str]:
     length = 2.0 * law.presliding_length(friction)
     inside = [presliding(y, length) for _, y in motions]
@@ -68,7 +70,7 @@ def _joint_warnings(
     if roles.stribeck_velocity and fastest < friction[roles.stribeck_velocity]:
         yield (
             f"{name}never faster than {roles.stribeck_velocity} "
-            f"({fastest:.2g} of {friction[roles.stribeck_velocity]:.2g} rad/s): "
+            f"({fastest:.2g} of {friction[roles.stribeck_velocity]:.2g} {unit_of_speed}): "
             f"{roles.coulomb} and {roles.viscous} are extrapolated; add a faster run"
         )
 

@@ -8,6 +8,7 @@ with zeros at f = k/N. Motion, drifts and lags have no such zeros, and smooth sp
 in the same way, or its turns are sharper than those that were recorded.
 
 1. Divided differences of order m remove the motion; they multiply the spectrum by (2·sin(π·f))^(2m) over its mean.
+   Where so few rows a period were recorded that motion is left, a run says nothing (`shows_noise`).
 2. The likelihood of the periodogram I(f) after Whittle, −Σ(ln S + I/S), is compared for every N with a, b and c at
    their best. N = 1 stands for white noise and for every other filter, whose spectrum is smooth.
 3. The best N counts where it beats N = 1 by far.
@@ -20,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
-from haptid.measurement.signals.noise import contrasts
+from haptid.measurement.signals.noise import contrasts, shows_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
@@ -111,9 +112,12 @@ def _is_even(run: Run) -> bool:
 def _spectrum(y: Array) -> tuple[Array, Array] | None:
     """Return frequencies [1/row] above those of motion, and the periodogram there without the differences' factor.
 
-    None where a joint rests within a step of its encoder, so that the differences say nothing of its noise.
+    None where a joint rests within a step of its encoder, or where so few rows a period were recorded that motion is
+    left: the differences then say nothing of its noise.
     """
     y = y[: THRESHOLDS.most_rows_of_spectrum]
+    if not shows_noise(np.arange(y.size, dtype=float), y):
+        return None
     n = y.size - ORDER
     rest = contrasts(np.arange(y.size, dtype=float), y, ORDER) * np.hanning(n)
     if np.count_nonzero(np.abs(rest) > 0) < n // 2:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.measurement.signals.noise import contrasts, robust_std
+from haptid.measurement.signals.noise import contrasts, robust_std, shows_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
@@ -123,8 +123,11 @@ def noise_link(run: Run, column: int, order: int = 4) -> float:
     Returns
     -------
     float
-        Absolute correlation, 0 to 1; 0 where torque or position has no noise.
+        Absolute correlation, 0 to 1; 0 where torque or position has no noise, and where so few rows a period were
+        recorded that the differences hold motion, which any torque is linked with.
     """
+    if not shows_noise(run.t, run.y[:, column]):
+        return 0.0
     # Both signals are read at one time, so that an error of the time stamps alone links what moves fast. Such an error
     # is gone on even stamps; rows that were really taken unevenly have it there. A controller links them by either.
     return min(_link(t, run.u[:, column], run.y[:, column], order) for t in (run.t, even_times(run.t)))

@@ -14,6 +14,8 @@ from haptid.uq.result.sampler_state import SamplerState
 from haptid.uq.result.summary import ParameterSummary, limit_words
 from haptid.uq.thresholds import THRESHOLDS
 
+DOUBTED = "Do not use these intervals yet: read what the joint's first notes doubt."
+"""What to do where the fit says that the model does not fit, or contradicts the posterior."""
 KNOWN = 0.1
 """Half width of the 95 % interval over the value below which a parameter counts as known [1]."""
 
@@ -29,7 +31,7 @@ def lead(posteriors: Sequence[Posterior]) -> str:
     Returns
     -------
     str
-        Sentences; joints are named where their chains disagree or are short.
+        Sentences; joints are named where their model is doubted, and where their chains disagree or are short.
     """
     every = [(p.joint, s) for p in posteriors for s in physical(p)]
     open_ = [f"{s.id} of joint {j}" for j, s in every if _is_set_by_prior(s)]
@@ -38,7 +40,9 @@ def lead(posteriors: Sequence[Posterior]) -> str:
     text = f"{known} of {len(every)} parameters are known to better than ±10 % (95 %)."
     text += f" Set by their priors: {', '.join(open_)}." if open_ else " None is set by its prior."
     text += f" At a bound, so that the data give a limit: {', '.join(limits)}." if limits else ""
-    return f"{_told_of_chains(posteriors)}{text}"
+    doubted = [p.joint for p in posteriors if p.doubts]
+    warned = f"Do not use joint {_join(doubted)} yet: the notes of the joint say why. " if doubted else ""
+    return f"{warned}{_told_of_chains(posteriors)}{text}"
 
 
 def _told_of_chains(posteriors: Sequence[Posterior]) -> str:
@@ -105,7 +109,7 @@ def glance_table(posteriors: Sequence[Posterior], files: Sequence[str]) -> Table
         own = [file for file in files if "joint" not in file or file.rsplit(".", 1)[0].endswith(f"joint{p.joint}")]
         rows.append((
             Cell(text=f"joint {p.joint}", anchor=f"joint{p.joint}"), Cell(text=word.text, word=word.key),
-            f"{len(known)} of {len(every)}", *ends, word.action, Cell(links=own),
+            f"{len(known)} of {len(every)}", *ends, DOUBTED if p.doubts else word.action, Cell(links=own),
         ))  # fmt: skip
     header = ("joint", "sampler", "known to ±10 %", "best known", "least known", "what to do next", "files")
     return Table(header=header, rows=rows)

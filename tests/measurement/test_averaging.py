@@ -3,10 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, cont2discrete, sosfiltfilt
 
 from haptid.measurement.checks.summary import summarise, tell_table
 from haptid.measurement.signals.averaging import average_rows, averaged_rows, with_averaging
+from haptid.measurement.signals.control_detection import noise_link, position_control
 from haptid.measurement.signals.noise import share_kept_of_average, with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -52,6 +53,26 @@ def test_an_average_is_recognised_by_its_notches(rows: int, colour: float, step:
 def test_another_filter_is_no_average(share: float):
     through = butter(4, share, output="sos")
     assert averaged_rows(tuple(run(sosfiltfilt(through, readings(seed))) for seed in range(3))) == 1
+
+
+def sprung(seed: int, rate: float) -> Run:
+    """Swing a mass on a spring in open loop, by a held sum of cosines up to 3.1 Hz."""
+    rng, t = np.random.default_rng(seed), np.arange(1200) / rate
+    torque = sum(np.cos(2 * np.pi * f * t + p) for f, p in zip((0.4, 1.3, 3.1), rng.uniform(0, 6, 3), strict=True))
+    plant = (np.array([[0.0, 1.0], [-140.0, -7.0]]), np.array([[0.0], [1.2]]), np.eye(2), np.zeros((2, 1)))
+    A, B, *_ = cont2discrete(plant, 1 / rate)
+    states = [np.zeros(2)]
+    for u in torque[:-1]:
+        states.append(A @ states[-1] + B[:, 0] * u)
+    return run(np.array(states)[:, 0] + 5e-6 * rng.standard_normal(t.size), t, u=torque[:, None])
+
+
+def test_a_motion_of_few_rows_a_period_is_neither_an_average_nor_control():
+    made = tuple(sprung(seed, rate=20.0) for seed in range(3))
+    assert averaged_rows(made) == 1
+    assert [noise_link(one, 0) for one in made] == [0.0, 0.0, 0.0]
+    assert [position_control(one) for one in made] == ["", "", ""]
+    assert noise_link(sprung(0, rate=500.0), 0) < 0.1
 
 
 def test_no_rows_no_average():

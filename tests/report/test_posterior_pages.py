@@ -192,6 +192,17 @@ def test_the_first_screen_has_a_line_for_each_joint():
     assert set(files) <= set(page.links)
 
 
+def test_intervals_of_a_doubted_model_are_not_to_be_used():
+    doubted = replace(POSTERIOR, doubts=("The model leaves 440 times the noise.",))
+    page = render(posterior_page, [doubted, SHORT], title="An arm", synthetic=False, footer=[], files=())
+    assert page.paragraphs[0].startswith("Do not use joint 4 yet: the notes of the joint say why. ")
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    actions = [row[5] for row in table.rows[1:]]
+    assert table.header[5] == "what to do next"
+    assert actions[0] == "Do not use these intervals yet: read what the joint's first notes doubt."
+    assert actions[1] == "Run without --quick where the ends matter."
+
+
 def test_disagreeing_ensembles_are_named():
     page = render(posterior_page, [replace(POSTERIOR, modes=2)], title="An arm", synthetic=False, footer=[])
     assert "Do not use joint 4: independent ensembles disagree." in page.paragraphs[0]

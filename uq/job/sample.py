@@ -106,11 +106,11 @@ def _sample_joint(job: Job, configuration: Configuration, pool: Workers, stages:
         share_of_steps=subject.share_of_steps,
     )
     notes = (*found.notes, *found.warnings, f"The fit it starts from, {subject.source}: {found.outcome.value}.")
-    for doubt in (word_misfit(found), word_disagreement(found, posterior.parameters)):
-        if doubt:
-            stages.listener.note(f"warning: joint {joint}: {doubt}")
-            notes = (doubt, *notes)
-    posterior = check_finite(replace(posterior, notes=(early, *notes) if early else notes))
+    doubts = tuple(d for d in (word_misfit(found), word_disagreement(found, posterior.parameters)) if d)
+    for doubt in doubts:
+        stages.listener.note(f"warning: joint {joint}: {doubt}")
+        notes = (doubt, *notes)
+    posterior = check_finite(replace(posterior, notes=(early, *notes) if early else notes, doubts=doubts))
     return Sampled(step=Step(configuration=configuration, fit=as_fit(found, posterior)), posterior=posterior)
 
 

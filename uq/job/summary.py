@@ -20,8 +20,8 @@ def tell_posterior(posterior: Posterior) -> Told:
     Returns
     -------
     list
-        A line for the joint, one on chains that are not sound, a table with a row a parameter (a sentence each in plain
-        text), a line on the sampler.
+        A line for the joint, one for each doubt, one on chains that are not sound, a table with a row a parameter (a
+        sentence each in plain text), a line on the sampler.
     """
     sample = posterior.sample
     rows = []
@@ -31,6 +31,7 @@ def tell_posterior(posterior: Posterior) -> Told:
     known = "settled" if sample.reached else "not settled"
     return [
         f"joint {posterior.joint} ({posterior.chosen.model.words})",
+        *(f"  do not use these intervals yet: {doubt}" for doubt in posterior.doubts),
         *tell_state(posterior.state),
         Table(header=HEADER, rows=rows, plain="\n".join(f"  {p.verdict}" for p in posterior.parameters)),
         f"  sampler: τ {sample.tau.max():.1f} steps ({known}), R̂ {posterior.worst_rhat:.3f}, "

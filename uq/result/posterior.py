@@ -50,6 +50,9 @@ class Posterior:
         Duration of the inference [s].
     notes
         Sentences for the reader of the report.
+    doubts
+        Those of them that say why the intervals are not to be used yet, whatever the chains are worth: the model does
+        not fit, or the fit contradicts them.
     """
 
     joint: int
@@ -68,6 +71,7 @@ class Posterior:
     sensitivity: dict[str, dict[str, tuple[float, float]]]
     wall_s: float
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def unit(self) -> str:

@@ -180,6 +180,7 @@ def as_json(posterior: Posterior, data: str = "") -> dict[str, Any]:
         "joint": posterior.joint,
         "sound": posterior.sound,
         "state": posterior.state,
+        "doubts": list(posterior.doubts),
         "data": data,
         "residual": posterior.residual,
         "correlation": correlation_json(posterior),

@@ -218,14 +218,21 @@ def test_start_of_an_unseen_run_hangs_on_its_first_rows_alone(fitted):
 
 
 def test_warns_of_runs_that_never_slide_or_never_stick():
+    def theta_of(known: Equations) -> np.ndarray:
+        return np.array([TRUE.get(q.id, q.initial) for q in known.parameters])
+
     eq = equations()
-    theta = np.array([TRUE.get(q.id, q.initial) for q in eq.parameters])
+    theta = theta_of(eq)
     t = np.linspace(0.0, 10.0, 2001)
     tiny = 1e-4 * np.sin(t)[:, None]
     said = " ".join(excitation_warnings(eq, theta, [(t, tiny)]))
     assert said.startswith("the runs never leave")
     assert "never leave presliding" in said
     assert "never faster than vs" in said
+    assert said.split("(")[-1].split(")")[0].endswith("rad/s")
+    slide = joint_equations(0, prismatic=True)
+    said = " ".join(excitation_warnings(slide, theta_of(slide), [(t, tiny)]))
+    assert said.split("(")[-1].split(")")[0].endswith(" m/s")
     steady = 3.0 * t[:, None]
     assert "in presliding" in " ".join(excitation_warnings(eq, theta, [(t, steady)]))
     run = make_run(0.005, 1.13)
