@@ -132,7 +132,8 @@ FITS = _group(
         "plain", "look",
         "The plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts runs that no fit "
         "saw better than a fit of the whole model, so that it is the result.",
-        "Use the plain model; plan runs that excite friction at low speed with haptid plan.",
+        "Use the plain model with care: its values are uncertain. Try haptid missing; plan runs that excite friction "
+        "at low speed with haptid plan.",
     ),
     (
         "observed", "look",
