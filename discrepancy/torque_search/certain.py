@@ -3,8 +3,7 @@
 An effect that predicts better is needed, but need not be what the joint has. Its name is doubted where
 
 1. few stretches of the runs ask for it: it keeps its name in a small share of the bags (`fit.stability`);
-2. the 95 % intervals of all its amplitudes hold 0;
-3. a parameter that decides it lies on the end of its range: another form would fit better. These are its own, and for
+2. a parameter that decides it lies on the end of its range: another form would fit better. These are its own, and for
    an effect that bends the Stribeck curve the Stribeck velocity.
 """
 
@@ -13,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.stats import norm
 
 from haptid.discrepancy.fit.stability import Stretches, cut_runs, stability_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -66,7 +64,7 @@ def find_doubted(model: TorqueFit, stability: Mapping[str, float]) -> frozenset[
     return frozenset(
         effect.key
         for effect in model.effects
-        if stability.get(effect.key, 1.0) < least or _may_be_absent(model, effect) or ends & _deciding(model, effect)
+        if stability.get(effect.key, 1.0) < least or ends & _deciding(model, effect)
     )
 
 
@@ -76,14 +74,6 @@ def _deciding(model: TorqueFit, effect: Effect) -> set[str]:
     if not effect.friction_slots & STRIBECK_SLOTS:
         return own
     return own | {law_named(model.study.base.friction[0]).roles.stribeck_velocity}
-
-
-def _may_be_absent(model: TorqueFit, effect: Effect) -> bool:
-    """Whether the intervals of all amplitudes of an effect hold 0."""
-    values, std = model.values, model.std
-    errors = float(norm.ppf(0.5 + THRESHOLDS.fit.interval_coverage / 2))
-    fitted = [q.id for q in effect.parameters[: effect.amplitudes] if not q.fixed]
-    return bool(fitted) and all(abs(values[id]) <= errors * std[id] for id in fitted)
 
 
 def _cut_into_stretches(model: TorqueFit) -> Stretches:

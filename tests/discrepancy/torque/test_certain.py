@@ -37,10 +37,6 @@ def test_a_name_that_few_bags_keep_is_doubted():
     assert not find_doubted(model, {KEY: least})
 
 
-def test_a_name_whose_amplitudes_may_be_nothing_is_doubted():
-    assert find_doubted(fit_cogging(0.0), {KEY: 1.0}) == {KEY}
-
-
 def test_a_name_with_a_parameter_on_the_end_of_its_range_is_doubted():
     model = fit_cogging(0.02)
     parametrisation = model.problem.parametrisation
