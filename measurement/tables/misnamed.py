@@ -8,7 +8,7 @@ from difflib import get_close_matches
 
 from haptid.measurement.thresholds import THRESHOLDS
 
-TIME_UNITS = (("seconds", "1"), ("milliseconds", "0.001"), ("microseconds", "1e-06"), ("nanoseconds", "1e-09"))
+TIME_UNITS = (("s", "1"), ("ms", "0.001"), ("us", "1e-06"), ("ns", "1e-09"))
 """Units that a time may be in, and the seconds of one of each."""
 UNITS = (
     (r"time_?(ms|millis\w*|msec)", "time_s", "multiply it by 0.001"),
@@ -86,7 +86,7 @@ def likely_time_units(interval: float) -> tuple[tuple[str, str], ...]:
     Returns
     -------
     tuple of (str, str)
-        Name of each unit in which a joint may be logged at that interval, and its seconds as they are written;
+        Symbol of each unit in which a joint may be logged at that interval, and its seconds as they are written;
         milliseconds and microseconds where there is none.
     """
     shortest, longest = THRESHOLDS.shortest_likely_row_interval_s, THRESHOLDS.longest_row_interval_s

@@ -341,8 +341,8 @@ def test_what_lacks_is_shown_as_python_with_a_column_of_the_table(frames, names,
         (1.0, '"time_s*0.001"}'),
         (1e3, '"time_s*1e-06"}'),
         (1e6, '"time_s*1e-09"}'),
-        (100.0, '"time_s"} (seconds; milliseconds: time_s*0.001)'),
-        (2e5, '"time_s*0.001"} (milliseconds; microseconds: time_s*1e-06)'),
+        (100.0, '"time_s"} (s; ms: time_s*0.001)'),
+        (2e5, '"time_s*0.001"} (ms; us: time_s*1e-06)'),
     ],
 )
 def test_the_unit_of_a_bare_time_is_chosen_by_the_interval_of_its_rows(frames, factor, told):
@@ -357,7 +357,7 @@ def test_the_unit_of_a_bare_time_is_chosen_by_the_interval_of_its_rows(frames, f
 
 def test_a_time_too_coarse_for_seconds_names_its_unit(frames):
     slow = frames["a"].rename(columns={"t (ms)": "time_s"}).assign(time_s=lambda table: 1e3 * table["time_s"])
-    with pytest.raises(InputError, match=r"where the time is in microseconds, multiply it by 1e-06$"):
+    with pytest.raises(InputError, match=r"where the time is in us, multiply it by 1e-06$"):
         Campaign.from_frames({"a": slow})
 
 
