@@ -33,9 +33,8 @@ class InputError(HaptidError):
         *parts, remedy = [one_line(part) for part in (where, expected, got, todo)]
         # The room of the four parts is the line's length less that of the words between them.
         room = LONGEST - len(_line("", "", "", "x")) + 1
-        if (
-            len(remedy) <= room - len(parts) * LEAST_OF_PART
-        ):  # what to type stays whole; the rest is recognised by its ends
+        # What to type stays whole; the rest is recognised by its ends.
+        if len(remedy) <= room - len(parts) * LEAST_OF_PART:
             self.where, self.expected, self.got = _fit_into_room(parts, room - len(remedy))
             self.todo = remedy
         else:

@@ -26,7 +26,7 @@ import numpy as np
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.driven import compare_driven
-from haptid.identification.fit.multistart import fit, with_agreement
+from haptid.identification.fit.multistart import fit, from_optimum, with_agreement
 from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
@@ -234,12 +234,10 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
 
     seen = fit_within(test.equations, trial)
     if strategy.kind == "open_loop" and (finer := at_needed_step(test, seen, options)) is not None:
-        again = options.but(start=tuple(map(float, seen.theta)))
-        if seen.observer_gain != options.gains[-1]:
-            return _best_of_both(finer, again.but(starts=min(options.starts, THRESHOLDS.starts_of_refit)), workers)
+        alone = seen.observer_gain == options.gains[-1]
+        made = _best_of_both(finer, from_optimum(seen, options, alone=alone), workers)
         # The minimum moves little with the step: a descent from it stays in the basin on which the starts agreed.
-        made = _best_of_both(finer, again.but(starts=1, gains=options.gains[-1:]), workers)
-        return replace(made, fit=with_agreement(made.fit, seen, options))
+        return replace(made, fit=with_agreement(made.fit, seen, options)) if alone else made
     if not both and not quiet(seen, options):
         seen = fit_with_zeros(fit_within, seen, test.runs, options) or seen
     seen = _widen_above_noise(test, seen, options, workers).but(inner_step=test.step)

@@ -20,13 +20,14 @@ from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit, RunScore
-from haptid.identification.result.outcome import Outcome, outcome_of, with_cause
+from haptid.identification.result.outcome import Outcome, outcome_of, outcome_of_starts, with_cause
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
 from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import profile_out
 from haptid.support.processes.threads import single_threaded
@@ -178,13 +179,31 @@ def with_agreement(found: Fit, starts: Fit, options: FitOptions) -> Fit:
     if found.outcome not in (Outcome.CONVERGED, Outcome.SINGLE_START, Outcome.ABOVE_NOISE, Outcome.LONELY):
         return found
     best = replace(found.basins[0], starts=starts.basins[0].starts)
-    quiet = best.over_noise <= options.tolerance
-    agree = len(best.starts) > 1
-    alone = Outcome.SINGLE_START if quiet else Outcome.LONELY
-    together = Outcome.CONVERGED if quiet else Outcome.ABOVE_NOISE
-    return found.but(
-        basins=(best, *starts.basins[1:]), starts=starts.starts, outcome=together if agree else alone
-    )  # fmt: skip
+    outcome = outcome_of_starts(len(best.starts), quiet=best.over_noise <= options.tolerance)
+    return found.but(basins=(best, *starts.basins[1:]), starts=starts.starts, outcome=outcome)
+
+
+def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> FitOptions:
+    """Return the options of a fit that begins at the estimates of another.
+
+    Parameters
+    ----------
+    found
+        Fit at whose estimates the first start begins.
+    options
+        Choices of the fit.
+    alone
+        Whether this start is the only one, and descends at the last gain at once: a minimum needs no way to it.
+
+    Returns
+    -------
+    FitOptions
+        With `THRESHOLDS.starts_of_refit` starts at most.
+    """
+    start = tuple(float(x) for x in found.theta)
+    if alone:
+        return options.but(start=start, starts=1, gains=options.gains[-1:])
+    return options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
 
 
 def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:

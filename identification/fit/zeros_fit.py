@@ -18,6 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from haptid.identification.fit.multistart import from_optimum
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS
@@ -56,9 +57,8 @@ def fit_with_zeros(
     share = THRESHOLDS.encoder_zero_std_over_travel
     travel = np.max([np.ptp(run.y, axis=0) for run in fitted], axis=0)
     equations = with_encoder_zeros(found.equations, [share * float(length) for length in travel])
-    again = options.but(start=tuple(found.theta), starts=min(options.starts, THRESHOLDS.starts_of_refit))
     try:
-        zeroed = fit_equations(equations, again)
+        zeroed = fit_equations(equations, from_optimum(found, options))
     except NumericalError:
         return None
     return zeroed.but(notes=(*zeroed.notes, *_sentences(zeroed))) if _earn_their_place(zeroed, found, fitted) else None

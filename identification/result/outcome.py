@@ -127,6 +127,23 @@ def outcome_of(
     # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
     if quiet and not unseen <= THRESHOLDS.largest_unseen_residual_over_tolerance * tolerance:
         return Outcome.UNSEEN
+    return outcome_of_starts(reached, quiet=quiet)
+
+
+def outcome_of_starts(reached: int, *, quiet: bool) -> Outcome:
+    """Judge a fit by its residual and by how many starts reached its minimum.
+
+    Parameters
+    ----------
+    reached
+        Number of starts in the best basin.
+    quiet
+        Whether the residual is at the noise.
+
+    Returns
+    -------
+    Outcome
+    """
     if reached > 1:
         return Outcome.CONVERGED if quiet else Outcome.ABOVE_NOISE
     return Outcome.SINGLE_START if quiet else Outcome.LONELY

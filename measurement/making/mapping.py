@@ -33,6 +33,8 @@ COLUMNS_NEEDED = "columns time_s, torque_<j>_Nm, position_<j>_rad"
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
 """Pattern of letters that are a word of a name."""
+DEGREE = "0.0174533"
+"""Radians of a degree, as a remedy writes them."""
 LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
     "time": (
         (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
@@ -58,7 +60,7 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (r"rad", "position_{}_rad"),
         (_ALONE.format("mm"), "position_{}_m*0.001"),
         (r"turns|rev", "position_{}_rad*6.28319"),
-        (r"deg|°", "position_{}_rad*0.0174533"),
+        (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
         (rf"angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*?"),
     ),
 }
@@ -67,8 +69,6 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
 The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
 and nothing tells radians from degrees.
 """
-DEGREE = "0.0174533"
-"""Radians of a degree, as a remedy writes them."""
 
 
 DEMANDED = re.compile(

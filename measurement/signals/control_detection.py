@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.measurement.signals.noise import contrasts, robust_std, shows_noise
+from haptid.measurement.signals.noise import ORDER_OF_NOISE, contrasts, robust_std, shows_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
@@ -78,7 +78,7 @@ def is_commanded(run: Run, column: int) -> bool:
     bool
         True if noise over range is below `largest_noise_of_command_over_range`.
     """
-    noise = robust_std(contrasts(run.t, run.u[:, column], 4))
+    noise = robust_std(contrasts(run.t, run.u[:, column], ORDER_OF_NOISE))
     return noise < THRESHOLDS.largest_noise_of_command_over_range * float(np.ptp(run.u[:, column]))
 
 
@@ -108,7 +108,7 @@ def steady_share(t: Array, y: Array) -> float:
     return float(np.mean(np.abs(moving - usual) < 0.15 * usual))
 
 
-def noise_link(run: Run, column: int, order: int = 4) -> float:
+def noise_link(run: Run, column: int, order: int = ORDER_OF_NOISE) -> float:
     """Return the largest correlation between the noise of torque and position, over delays of 0 to 3 rows.
 
     Parameters
