@@ -190,8 +190,8 @@ class Thresholds:
     most_halvings_of_inner_step: int = 3
     """Largest number of times that the model's own inner step is halved for a result [1]."""
     largest_inner_step_error_over_residual: float = 0.1
-    """Largest change of the residual by halving the inner step, as a share of the residual's norm [1]: a coarser inner
-    step is used up to it."""
+    """Largest error of the residual by an inner step, as a share of the residual's norm [1]: a coarser one than the
+    model's own is used up to it, and a finer one above it."""
     excess_cost_at_full_tolerance: float = 1e4
     """Excess of the cost over one square a row [squares over the noise] from which the tolerance of a descent grows in
     proportion: a small decrease decides nothing where the residual is so far above the noise, and Gauss-Newton steps

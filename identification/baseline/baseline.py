@@ -19,6 +19,7 @@ from haptid.identification.baseline.delay import Delay, estimate_delay
 from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
 from haptid.identification.baseline.regressor import UNITS, Regressor
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
@@ -195,7 +196,8 @@ def fit_baseline(
         return Baseline(regressor=regressor, estimate=estimate, gain=factor, delay=delay)
 
     prompt = fit(None)
-    delay = estimate_delay(driven, columns, moving) if with_delay else None
+    controlled = any(position_control(run, k) for run in fitted for k in range(len(run.free_joints)))
+    delay = estimate_delay(driven, columns, moving, controlled=controlled) if with_delay else None
     if delay is None:
         return prompt
     # Rows at rest took part in nothing so far; the figures of a run have them.

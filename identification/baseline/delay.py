@@ -11,7 +11,10 @@ the catalogue's ``time_delay``; T is negative where the torque is reported later
    presliding lets it turn, and dry friction that falls with speed;
 3. with the covariance of blocks, ∂τ/∂T as one more column, and with the change of T by one more filter on columns and
    torque: a delay is the same for slow and fast parts, while a backlash or what a controller makes of the encoder's
-   noise is not. Of both the one with the smaller standard error is taken.
+   noise is not. Of both the one with the smaller standard error is taken;
+4. under a position controller with the change by a filter as wide as the bracket as well: what the plain model lacks
+   (ripple, a Stribeck curve) moves the joint, and the controller answers late; only the slow parts are those that its
+   reference asks for.
 
 The delay earns its place as an effect does in the search for missing ones: it is
 `THRESHOLDS.least_delay_in_standard_errors` from 0, lies inside its bracket, and blocks that are held out are predicted
@@ -104,7 +107,11 @@ class _Gain:
 
 
 def estimate_delay(
-    motions: Sequence[FilteredMotion], columns: Sequence[Array], moving: Sequence[NDArray[np.bool_]]
+    motions: Sequence[FilteredMotion],
+    columns: Sequence[Array],
+    moving: Sequence[NDArray[np.bool_]],
+    *,
+    controlled: bool = False,
 ) -> Delay | None:
     """Estimate the delay of the torque behind which the plain model explains it best.
 
@@ -116,6 +123,8 @@ def estimate_delay(
         Columns of the plain model along each motion after both passes of the filter, shape (n_t, n_joints, n_ids).
     moving
         Whether each row of each joint counts, shape (n_t, n_joints).
+    controlled
+        Whether a position controller makes the torque.
 
     Returns
     -------
@@ -128,10 +137,14 @@ def estimate_delay(
     if abs(found.delay) > THRESHOLDS.largest_delay_over_bracket * limit:
         return None
     # A delay is the same for slow and fast parts of a torque; what else shifts them is not known better than this.
-    slower = _fit_delay([_rows_of(*run, THRESHOLDS.width_of_slower_delay_over_filter) for run in runs], limit)
+    widths = [THRESHOLDS.width_of_slower_delay_over_filter]
+    if controlled:
+        rows_of_bracket = limit / float(np.median([one.t[1] - one.t[0] for one in motions]))
+        widths.append(rows_of_bracket / max(one.width_in_rows for one in motions))
+    slower = [_fit_delay([_rows_of(*run, width) for run in runs], limit) for width in widths]
     # Noise of the encoder is in the fast parts of the acceleration, and biases a delay that is read from them.
-    best = min((found, slower), key=lambda fit: fit.std)
-    delay, std = best.delay, float(np.hypot(best.std, slower.delay - found.delay))
+    best = min((found, slower[0]), key=lambda fit: fit.std)
+    delay, std = best.delay, float(np.hypot(best.std, max(abs(one.delay - found.delay) for one in slower)))
     if not abs(delay) > THRESHOLDS.least_delay_in_standard_errors * std:
         return None
     counts = blocks_of(found.residuals)

@@ -230,7 +230,13 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
 
     def fit_within(equations: Equations, options: FitOptions) -> Fit:
         # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
-        return fit_within_own_bounds(fit_position, equations, test.runs, () if both else test.own, options)
+        own = () if both else test.own
+        return fit_within_own_bounds(
+            fit_position, equations, test.runs, own, options, needs_finer_step=needs_finer_step
+        )  # fmt: skip
+
+    def needs_finer_step(found: Fit) -> bool:
+        return found.observer_gain == 0.0 and at_needed_step(test, found, options) is not None
 
     seen = fit_within(test.equations, trial)
     if strategy.kind == "open_loop" and (finer := at_needed_step(test, seen, options)) is not None:

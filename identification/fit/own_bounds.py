@@ -8,7 +8,8 @@ guess, not about the joint, so that nothing is said before the range is wider:
 3. Keep the new fit where its cost is lower, and start again with it.
 4. Otherwise the data do not determine the parameter beyond the old end: it becomes ``unidentifiable``, with a sentence.
 5. Where a fit that was kept from one start is above the noise, let other starts say whether it is the best minimum. At
-   the noise the starts of the first fit, from whose minimum it came, have said so.
+   the noise the starts of the first fit, from whose minimum it came, have said so. Where the error of the inner step
+   shows beside the residual, other starts would compare that error: the finer step is asked first.
 """
 
 from __future__ import annotations
@@ -33,8 +34,14 @@ FitEquations = Callable[[Equations, FitOptions], Fit]
 """Function that fits equations, with the bounds they hold, under some options."""
 
 
-def fit_within_own_bounds(
-    fit_equations: FitEquations, equations: Equations, runs: Sequence[Run], own: Sequence[str], options: FitOptions
+def fit_within_own_bounds(  # what is fitted, on which rows, within which ranges, and what is asked of it
+    fit_equations: FitEquations,
+    equations: Equations,
+    runs: Sequence[Run],
+    own: Sequence[str],
+    options: FitOptions,
+    *,
+    needs_finer_step: Callable[[Fit], bool] | None = None,
 ) -> Fit:
     """Fit, and widen ranges that haptid chose as long as the optimum lies on them and the cost falls.
 
@@ -50,6 +57,9 @@ def fit_within_own_bounds(
         Ids of the parameters whose range haptid chose.
     options
         Choices of the first fit; the repeated ones start at its optimum.
+    needs_finer_step
+        Whether the inner step of a fit is too long for its residual, so that it will be repeated at a finer one; no
+        step is where None.
 
     Returns
     -------
@@ -72,7 +82,7 @@ def fit_within_own_bounds(
             open_ends = tuple(wider)
             break
         found, equations, alone = again, ranged, by_one_start
-    if alone and quiet(found, options):
+    if alone and (quiet(found, options) or (needs_finer_step is not None and needs_finer_step(found))):
         found = with_agreement(found, first, options)
     elif alone and (options.starts > 1 or len(options.gains) > 1):  # else it would be the same fit once more
         everywhere = fit_equations(equations, from_optimum(found, options))

@@ -1,20 +1,21 @@
 """Inner step of the integration along the homotopy: `Problem` in, `Problem` with a coarser inner step out.
 
-On the way to the minimum the integration's error need only be small against the residual, ‖y_h − y_{h/2}‖ ≤
-`THRESHOLDS.largest_inner_step_error_over_residual`·‖r‖ in units of the noise: it then moves the minimum of a level less
-than the next level does. The polish at the end uses the model's own inner step again, so that the result does not
-depend on the coarser one.
+On the way to the minimum the integration's error need only be small against the residual, ‖y_h − y‖ ≤
+`THRESHOLDS.largest_inner_step_error_over_residual`·‖r‖ in units of the noise, with y and r at the model's own inner
+step: it then moves the minimum of a level less than the next level does. The polish at the end uses that step again, so
+that the result does not depend on the coarser one. Halving a step says less than the own one: where bristles are stiff,
+neighbouring steps may agree far from it.
 
 1. List inner steps from one per row down to the model's own, each half of the one before (`steps_of`).
-2. Simulate at each and at its half, and take the first one that meets the condition (`coarsen`).
+2. Simulate at the own one, then from the coarsest on, and take the first that meets the condition (`coarsen`).
 
 Bristles that settle within a few of the model's own steps need a finer one at the minimum itself: its error would be
-called a lack of the model where the sensor is better than that. The same condition decides (`finer_step`).
+called a lack of the model where the sensor is better than that. The same share decides, of the change by halving the
+step (`finer_step`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -82,8 +83,13 @@ def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
     """
     if not isinstance(problem.simulator, Stepped):
         return problem
-    step = _first_close(problem, steps_of(problem), x, gain)
-    return problem if step is None else at_inner_step(problem, step)
+    *coarser, own = steps_of(problem)
+    exact = _residual(problem, own, x, gain)
+    allowed = THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(exact)
+    for step in coarser:
+        if np.linalg.norm(_residual(problem, step, x, gain) - exact) <= allowed:
+            return at_inner_step(problem, step)
+    return problem
 
 
 def finer_step(problem: Problem, x: Array) -> float:
@@ -106,22 +112,17 @@ def finer_step(problem: Problem, x: Array) -> float:
     own = MODEL.inner_step_s
     if not isinstance(problem.simulator, Stepped):
         return own
-    steps = tuple(own / 2.0**k for k in range(THRESHOLDS.most_halvings_of_inner_step + 2))
-    return _first_close(problem, steps, x, problem.options.gains[-1]) or own
-
-
-def _first_close(problem: Problem, steps: tuple[float, ...], x: Array, gain: float) -> float | None:
-    """Return the first step that the next one, half as long, hardly changes; None where each changes the residual."""
-    # A generator: the finer and dearer steps are simulated only where the coarser ones are not close enough.
-    residuals = _residuals(problem, steps, x, gain)
-    now = next(residuals)
-    for step, finer in zip(steps[:-1], residuals, strict=True):
+    gain = problem.options.gains[-1]
+    # The finer and dearer steps are simulated only where the coarser ones are not close enough.
+    now = _residual(problem, own, x, gain)
+    for halvings in range(THRESHOLDS.most_halvings_of_inner_step + 1):
+        finer = _residual(problem, own / 2.0 ** (halvings + 1), x, gain)
         if np.linalg.norm(finer - now) <= THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(finer):
-            return step
+            return own / 2.0**halvings
         now = finer
-    return None
+    return own
 
 
-def _residuals(problem: Problem, steps: tuple[float, ...], x: Array, gain: float) -> Iterator[Array]:
-    for step in steps:
-        yield at_inner_step(problem, step).blocks(x, gain, jacobian=False).residual
+def _residual(problem: Problem, step: float, x: Array, gain: float) -> Array:
+    """Return the whitened residual at an inner step."""
+    return at_inner_step(problem, step).blocks(x, gain, jacobian=False).residual

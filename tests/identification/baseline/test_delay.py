@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -110,6 +111,46 @@ def test_friction_that_turns_late_is_no_delay(bristle: float):
 @pytest.mark.parametrize("rows", [1, 2, -1])
 def test_what_shifts_the_fast_part_alone_is_no_delay(rows: int):
     assert delay_of_torque([swinging(seed, fast_delay=rows * ROW) for seed in (1, 2)]) == 0.0
+
+
+def controlled(seed: int) -> Run:
+    """Return a geared joint that a PD controller with gravity compensation leads along slow sines, without a delay.
+
+    Beside the plain model's torque it has a ripple of the gear and a Stribeck curve, which the controller answers.
+    """
+    rng = np.random.default_rng(seed)
+    row, parts, rates = 1e-3, 8, 2.0 * np.pi * 0.1 * np.arange(1, 6)
+    t = np.arange(0.0, 20.0, row)
+    phases, sizes = rng.uniform(0.0, 2.0 * np.pi, 5), rng.normal(size=5) / np.arange(1, 6)
+    asked = np.sin(rates * t[:, None] + phases) @ sizes
+    asked *= 1.1 / np.ptp(asked)
+    speed, step = np.gradient(asked, row).tolist(), 2.0 * np.pi / 4096 / 100
+    q, v, before, filtered = float(asked[0]), 0.0, float(asked[0]), 0.0
+    read, torque = [], []
+    for reference, rate in zip(asked.tolist(), speed, strict=True):
+        seen = math.floor(q / step) * step
+        filtered += 0.3 * ((seen - before) / row - filtered)
+        before = seen
+        u = 2500.0 * (reference - seen) + 120.0 * (rate - filtered) + 31.0 * math.sin(seen)
+        read.append(seen)
+        torque.append(u)
+        for _ in range(parts):
+            level = 6.0 + 3.5 * math.exp(-abs(v) / 0.06)
+            ripple = 1.6 * math.sin(200.0 * q + 0.7)
+            # Dry friction is implicit, so that a joint at rest stays.
+            driven = v + row / parts / 1.63 * (u - 32.0 * math.sin(q + 0.06) - ripple - 9.0 * v)
+            held = row / parts / 1.63 * level
+            v = driven - math.copysign(min(abs(driven), held), driven)
+            q += row / parts * v
+    noisy = np.array(torque) + 0.03 * np.std(torque) * rng.standard_normal(t.size)
+    return Run(
+        file=f"controlled_{seed}.csv", free_joints=(0,), t=t, u=noisy[:, None], y=np.array(read)[:, None],
+        noise=[0.3 * step], resolution=[step], posture=np.zeros(0), use="fit", hold="zero",
+    )  # fmt: skip
+
+
+def test_what_a_controller_answers_late_is_no_delay():
+    assert [delay_of_torque([controlled(seed), controlled(seed + 10)]) for seed in (0, 1, 2)] == [0.0, 0.0, 0.0]
 
 
 def test_an_excluded_run_takes_no_part(late: list[Run]):

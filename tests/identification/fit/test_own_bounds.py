@@ -132,9 +132,9 @@ def test_range_grows_on_the_side_of_the_estimate_and_not_below_zero(fitted: Fitt
     assert wider["gravity_sin"]["upper"] == fit.equations.parameter("gravity_sin").upper
 
 
-@pytest.mark.parametrize("left", [1.0, 1.6])
-def test_wider_range_is_fitted_from_the_optimum_alone_and_by_all_starts_above_the_noise(
-    fitted: Fitted, left: float
+@pytest.mark.parametrize(("left", "coarse"), [(1.0, False), (1.6, False), (1.6, True)])
+def test_wider_range_is_fitted_from_the_optimum_alone_and_by_all_starts_above_the_noise_of_its_own_step(
+    fitted: Fitted, left: float, coarse: bool
 ) -> None:
     found, asked = fitted.fit, []
     stiffness = found.values["sigma0"]
@@ -148,8 +148,10 @@ def test_wider_range_is_fitted_from_the_optimum_alone_and_by_all_starts_above_th
         return found.but(equations=equations, basins=(best,), outcome=outcome, cost=cost, starts=options.starts)
 
     options = FitOptions(starts=4)
-    made = fit_within_own_bounds(fit_equations, narrow, runs(), ("sigma0",), options)
-    again = [(3, options.gains)] if left > 1.1 else []
+    made = fit_within_own_bounds(
+        fit_equations, narrow, runs(), ("sigma0",), options, needs_finer_step=lambda _: coarse
+    )  # fmt: skip
+    again = [(3, options.gains)] if left > 1.1 and not coarse else []
     assert asked == [(4, options.gains), (1, options.gains[-1:]), *again]
     assert made.equations.parameter("sigma0").upper > stiffness
     assert (made.starts, len(made.basins[0].starts)) == ((3 if again else 4), 2)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from haptid.fmu_build.building.cached import identification_fmu
+from haptid.identification.optimise import inner_step
 from haptid.identification.optimise.homotopy import descend
 from haptid.identification.optimise.inner_step import at_inner_step, coarsen, finer_step, steps_of
 from haptid.identification.problem.options import FitOptions
@@ -64,6 +65,16 @@ def test_stiff_friction_gets_a_finer_step(problem):
     clean = run.but(y=problem.simulator.simulate(theta, run).y)
     exact = Problem.of(problem.simulator, (clean,), rough)
     assert coarsen(exact, exact.unknowns_at(theta), 0.0).simulator.step == THRESHOLDS.inner_step_s < calm
+
+
+def test_a_coarser_step_is_near_the_models_own_and_not_only_near_its_half(problem, monkeypatch):
+    # Errors that grow by little from half to half, as those of stiff bristles do, and are large at the coarsest.
+    def residual(_problem, step, _x, _gain):
+        return np.array([1.0, 0.08 * np.log2(step / THRESHOLDS.inner_step_s)])
+
+    monkeypatch.setattr(inner_step, "_residual", residual)
+    x = problem.unknowns_at(problem.parametrisation.initial)
+    assert coarsen(problem, x, 0.0).simulator.step == 2.0 * THRESHOLDS.inner_step_s
 
 
 @pytest.mark.parametrize("finer", [True, False])
