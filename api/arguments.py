@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from numbers import Integral
@@ -12,6 +13,7 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.support.command import listening
 from haptid.support.errors import InputError
 from haptid.support.listener import Listener
+from haptid.support.terminal import is_watched
 
 ARGUMENTS = {"out": "folder", "map": "columns", "with": "findings", "free": "joint", "effects": "own_effects"}
 """Argument of the API by option of the commands, where their names differ."""
@@ -52,18 +54,20 @@ def _columns_argument(maps: str) -> str:
 
 
 @contextmanager
-def listener_of(progress: bool | Listener) -> Iterator[Listener]:
+def listener_of(progress: bool | Listener | None) -> Iterator[Listener]:
     """Return who listens to a computation.
 
     Parameters
     ----------
     progress
-        True for a progress bar on stderr, False for nobody, or a listener. Remarks and warnings are in the results.
+        True for a progress bar on stderr, False for nobody, None for a bar where somebody watches (`is_watched`), or a
+        listener. Remarks and warnings are in the results.
     """
     if isinstance(progress, Listener):
         yield progress
     else:
-        with listening(quiet=not progress) as shown:
+        wanted = is_watched(sys.stderr) if progress is None else progress
+        with listening(quiet=not wanted) as shown:
             yield Listener(progress=shown.progress)
 
 

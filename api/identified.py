@@ -351,7 +351,7 @@ class Identified:
         quick: bool = False,
         seed: int = 0,
         workers: int = 1,
-        progress: bool | Listener = False,
+        progress: bool | Listener | None = None,
     ) -> Posteriors:
         """Sample the posteriors from these fits on, in the same folder.
 
@@ -385,7 +385,7 @@ class Identified:
         without: Sequence[str] = (),
         seed: int = 0,
         workers: int = 1,
-        progress: bool | Listener = False,
+        progress: bool | Listener | None = None,
     ) -> Missing:
         """Search for what is missing from these fits on, in the same folder.
 

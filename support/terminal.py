@@ -61,6 +61,25 @@ def is_terminal(stream: TextIO) -> bool:
     return stream.isatty() and os.environ.get("TERM", "") not in ("dumb", "unknown")
 
 
+def is_watched(stream: TextIO | None) -> bool:
+    """Say whether somebody sees what is written while it is written: on a terminal, or in a notebook.
+
+    Parameters
+    ----------
+    stream
+        Standard error; None where the program has none.
+
+    Returns
+    -------
+    bool
+        False for files, pipes and the log of a service.
+    """
+    if stream is None:
+        return False
+    # A notebook's stream is no terminal, and its package need not be installed here.
+    return is_terminal(stream) or type(stream).__module__.partition(".")[0] == "ipykernel"
+
+
 def show(told: Told) -> None:
     """Print lines and tables on stdout.
 

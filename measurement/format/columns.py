@@ -152,7 +152,12 @@ def _input(table: Table, joint: int, slides: bool, constants: Mapping[int, float
         return _switch_by_enabled(table, joint, name, table.numbers(name))
     if joint not in constants:
         key = "force_constant_N_per_A" if slides else "torque_constant_Nm_per_A"
-        todo = f"give {key} under [joint.{joint}] in campaign.toml"
+        # Frames have no campaign.toml: what is known of their joints is an argument.
+        inline, file = (
+            f'give joints={{{joint}: {{"{key}": ...}}}}',
+            f"give {key} under [joint.{joint}] in campaign.toml",
+        )
+        todo = inline if table.in_memory else file
         raise InputError(table.header, expected=f"a column {name}", got=current, todo=todo)
     return _switch_by_enabled(table, joint, current, constants[joint] * table.numbers(current))
 

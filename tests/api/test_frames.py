@@ -459,3 +459,14 @@ def test_public_names_are_imported_when_they_are_asked_for():
     assert {"Campaign", "Identified", "Posteriors", "Missing"} <= set(dir(haptid))
     with pytest.raises(AttributeError, match="no attribute 'campaign_of'"):
         haptid.campaign_of  # noqa: B018 # the look-up is the test
+
+
+def test_a_current_without_its_torque_is_stated_by_an_argument(frames):
+    """Frames have no campaign.toml, to which the error sent the reader."""
+    table = frames["a"].set_axis(["time_s", "current_0_A", "position_0_rad"], axis=1)
+    table["time_s"] /= 1e3
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames({"a": table})
+    assert str(caught.value).endswith('got current_0_A; give joints={0: {"torque_constant_Nm_per_A": ...}}')
+    with pytest.raises(InputError, match=r'give joints=\{0: \{"force_constant_N_per_A": \.\.\.\}\}$'):
+        Campaign.from_frames({"a": table.rename(columns={"position_0_rad": "position_0_m"})})

@@ -11,7 +11,7 @@ Kass, R. E., and Raftery, A. E. (1995). Bayes factors. Journal of the American S
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -222,7 +222,13 @@ def normal_draws(mode: Laplace, rng: np.random.Generator, size: int = THRESHOLDS
     return inside if len(inside) else mode.eta[None]
 
 
-def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, ...]:
+def _tell_nobody(figures: str) -> None:
+    """Take which candidate is scored, and do nothing."""
+
+
+def compare(
+    problem: Problem, theta: Array, *, seed: int = 0, tell: Callable[[str], None] = _tell_nobody
+) -> tuple[Scored, ...]:
     """Score every candidate noise model, the simplest first, each started from the mode of the candidate before.
 
     Parameters
@@ -233,6 +239,8 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
         Start of the equations' parameters for the first candidate, shape (n_p,).
     seed
         Seed of the draws; every candidate has the same random numbers.
+    tell
+        Told which candidate is scored, as ``model 2 of 6``.
 
     Returns
     -------
@@ -249,7 +257,9 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
     cycles = sum(t.cycles for t in problem.density(NoiseModel()).terms) if moves else 0
     scored: list[Scored] = []
     hyper: dict[str, float] = {}
-    for model in candidates(len(problem.fitted), cycles):
+    models = candidates(len(problem.fitted), cycles)
+    for number, model in enumerate(models, start=1):
+        tell(f"model {number} of {len(models)}")
         try:
             mode = problem.mode(model, theta, hyper)
             if model.correlated and _leaves_more_than_noise(scored[0].mode):

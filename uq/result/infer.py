@@ -82,15 +82,17 @@ class _Chosen:
     one: Scored
 
 
-def _choose(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
+def _choose(problem: Problem, theta: Array, options: InferOptions, tell: Callable[[str], None]) -> _Chosen:
     if options.model is None:
-        scored = compare(problem, theta, seed=options.sampling.seed)
+        scored = compare(problem, theta, seed=options.sampling.seed, tell=tell)
     else:
         scored = (Scored(model=options.model, mode=problem.mode(options.model, theta), score=0.0),)
     return _Chosen(problem=problem, scored=scored, one=best(scored))
 
 
-def _with_longest_step(problem: Problem, theta: Array, options: InferOptions, share: float) -> _Chosen:
+def _with_longest_step(
+    problem: Problem, theta: Array, options: InferOptions, share: float, tell: Callable[[str], None]
+) -> _Chosen:
     """Choose the noise model with the compiled kernel and the longest inner step that suffices under that model.
 
     The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
@@ -103,10 +105,15 @@ def _with_longest_step(problem: Problem, theta: Array, options: InferOptions, sh
         )  # fmt: skip
         return replace(problem, simulator=forward.simulator(), forward=forward)
 
+    def choose(step: float) -> _Chosen:
+        return _choose(
+            with_step(step), theta, options, lambda figures: tell(f"{figures}, inner step {1e3 * step:g} ms")
+        )
+
     every = [share * step for step in THRESHOLDS.inner_steps_s]
     _, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode, every)
     steps = [step for step in every if step <= first]
-    return longest_step(lambda step: _choose(with_step(step), theta, options), lambda made: made.one.mode, steps)[0]
+    return longest_step(choose, lambda made: made.one.mode, steps)[0]
 
 
 def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains are kept
@@ -161,6 +168,11 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     """
     begun = time.perf_counter()
     tell("noise model", 0.0, "")
+
+    def tell_candidate(figures: str) -> None:
+        # How many inner steps will be tried nobody knows, so that no share is told.
+        tell("noise model", 0.0, figures)
+
     problem = Problem(
         simulator=simulator,
         forward=forward or EachForward(simulator=simulator),
@@ -169,9 +181,9 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         noise_width=noise_prior_width(stated=options.noise_given),
     )
     if forward:
-        chosen = _choose(problem, theta, options)
+        chosen = _choose(problem, theta, options, tell_candidate)
     else:
-        chosen = _with_longest_step(problem, theta, options, share_of_steps)
+        chosen = _with_longest_step(problem, theta, options, share_of_steps, tell_candidate)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
     tell("sampling", 0.0, "")
     drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, tell=partial(tell, "sampling"))

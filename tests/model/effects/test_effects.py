@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haptid.fmu_build.building.packaging import Kind, build_fmu
+from haptid.model.effects.effect import a as acceleration_symbol
 from haptid.model.effects.effect import coulomb, match_parameters, t, v, w
 from haptid.model.effects.effect import q as position_symbol
 from haptid.model.effects.registry import catalogue, load_folder
@@ -297,3 +298,21 @@ def test_friction_stays_positive_within_bounds_and_travel(key: str, position: fl
             ids = sorted(level.free_symbols, key=str)
             value = sp.lambdify(ids, level)
             assert min(float(value(*corner)) for corner in product(*(ends[id] for id in ids))) >= 0.0
+
+
+def test_a_locked_neighbour_is_also_an_elastic_transmission_whose_motor_is_measured():
+    """A device of one joint was told of a locked neighbour, which it has not.
+
+    Motor (1 − μ)·M at q, link μ·M at q + η, between them k = μ·M·Ω² and c = 2ζ·Ω·μ·M; the load is on the motor.
+    """
+    effect = ENTRIES["lock_compliance"]
+    assert effect.title.startswith("second inertia behind an elastic element: an elastic transmission")
+    assert "or a locked neighbour" in effect.title
+    load, whole, q2, share, omega, zeta, stretch, rate = sp.symbols(
+        "load inertia q2 lock_share lock_frequency lock_damping neighbour neighbour_speed", real=True
+    )
+    spring = share * whole * (omega**2 * stretch + 2 * zeta * omega * rate)
+    alone = {acceleration_symbol: load / whole}
+    assert sp.simplify((load + spring) / ((1 - share) * whole) - effect.acceleration.subs(alone)) == 0
+    link = -spring / (share * whole)
+    assert sp.simplify(link - q2 - effect.states[1].rhs.subs({acceleration_symbol: q2})) == 0

@@ -168,7 +168,17 @@ def test_infer_end_to_end_covers_the_truth(equations, runs):
         sampling=SamplingOptions(chunk=30, burn=30, pilot=0, longest=60), stored=100, predicted=100, sensitivity=True
     )
     theta = np.array([q.initial for q in equations.parameters])
-    found = infer(kernel_of(equations), (*runs, unseen), theta, options, joint=4)
+    told: list[tuple[str, str]] = []
+    found = infer(
+        kernel_of(equations),
+        (*runs, unseen),
+        theta,
+        options,
+        joint=4,
+        tell=lambda stage, _, figures: told.append((stage, figures)),
+    )
+    # The choice of the noise model may take longer than the chains, and stood still.
+    assert ("noise model", "model 2 of 7, inner step 5 ms") in told
     assert found.chosen.model.scatter == "reading"
     by_id = {p.id: p for p in found.parameters}
     for name in FREE:
