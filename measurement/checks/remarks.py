@@ -12,9 +12,8 @@ import numpy as np
 
 from haptid.measurement.checks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.checks.limits import limits_of
-from haptid.measurement.checks.stated_controller import find_other_controllers
 from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
-from haptid.measurement.checks.torque_scale import off_scale
+from haptid.measurement.checks.torque_scale import find_other_controllers, off_scale
 from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from haptid.measurement.checks.preparation import campaign_for_command
-from haptid.measurement.checks.stated_controller import find_other_controllers
+from haptid.measurement.checks.torque_scale import find_other_controllers
 from haptid.measurement.format.reading import read_campaign
 from haptid.support.errors import LONGEST
 
