@@ -122,6 +122,9 @@ class Thresholds:
     """Least first guess of a joint's friction over its largest torque [1], where the plain model finds none."""
     most_widenings_of_bounds: int = 3
     """Largest number of times that ranges which haptid chose are widened [1]: three times a hundredfold."""
+    largest_stiction_over_torque: float = 3.0
+    """Stiction over the torque that command and gravity made together [1], beyond which its range is not widened: the
+    joint moved, and springs and inertia added their part to that torque."""
     widening_of_linear_range: float = 4.0
     """Length by which a linear range is widened on the side of the estimate, over its length [1]."""
     starts_of_refit: int = 3

@@ -141,6 +141,18 @@ class Thresholds:
     """Squares that a fit leaves without the acceleration over those with it [1], from which the sign of the inertia
     counts."""
 
+    least_correlation_of_stated_controller: float = 0.9
+    """Correlation of the stated controller's command with the recorded one [1], from which their sizes compare."""
+    largest_factor_of_stated_controller: float = 1.25
+    """Stated over recorded command, or the inverse [1], above which the gains are likely in another unit: at that
+    correlation the noise of a differenced position makes up to a tenth."""
+    largest_correlation_of_other_controller: float = 0.5
+    """Correlation [1] below which another controller than the stated one made the command."""
+    largest_difference_from_torque_constant: float = 0.05
+    """Relative difference [1] of that factor from one over the torque constant up to which the gains are in amperes."""
+    margin_of_saturation: float = 1e-3
+    """Distance of a command from its limit, over it [1], below which the command counts as saturated."""
+
     # Remarks on the position sensor.
     largest_stated_over_estimated_noise: float = 10.0
     """Ratio of stated to estimated noise [1], or the inverse, above which the two contradict each other."""

@@ -6,6 +6,7 @@ have, is the torque of a spring so soft that only Ks·epos matters, or the const
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.model.device.stated_parameters import ROWS, possible_range
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 
@@ -48,7 +50,16 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
             values[roles.stiffness] = coulomb / (THRESHOLDS.presliding_of_plain_model_over_travel * travel)
         # What the plain model itself states, such as gravity, goes before the zeros.
         known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
-    return np.array([known.get(q.id, q.initial) for q in equations.parameters])
+    return np.array([_possible(q.id, known.get(q.id, q.initial)) for q in equations.parameters])
+
+
+def _possible(id: str, value: float) -> float:
+    """Keep a joint's parameter within what a file may state: least squares give 0 to friction that is not there."""
+    name = re.sub(r"_\d+$", "", id)
+    if name not in ROWS:
+        return value
+    least, most = possible_range(name)
+    return min(max(value, least), most)
 
 
 def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
@@ -80,7 +91,9 @@ def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations,
         elif f"Ks{tail}" in ids and offset:
             travel = max(float(np.ptp(run.y[:, k])) for run in runs)
             torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
-            stiffness = THRESHOLDS.soft_spring_torque_over_torque * torque / travel
+            softest = THRESHOLDS.soft_spring_torque_over_torque * torque / travel
+            # A softer one would have its end where no file may state it.
+            stiffness = max(softest, abs(offset) / possible_range("epos")[1])
             moved[ids.index(f"Ks{tail}")] = stiffness
             # Ks·(q − epos) is −Ks·epos at every position of the joint, to the share above.
             moved[ids.index(f"epos{tail}")] = -offset / stiffness

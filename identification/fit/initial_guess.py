@@ -23,6 +23,7 @@ from scipy.optimize import lsq_linear
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.smoothing import Motion, smooth
 from haptid.measurement.values.run import Array, Run
+from haptid.model.device.stated_parameters import possible_guess
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import FrictionLaw, Sliding
@@ -160,18 +161,15 @@ def _range(quantity: Quantity, found: Guess) -> dict[str, object]:
     if quantity.unit == "1":  # a shape, which has no size that data could give it
         return {"initial": value}
     if quantity.scale == "log":
-        return {
-            "initial": value,
-            "lower": value / THRESHOLDS.bounds_over_guess,
-            "upper": value * THRESHOLDS.bounds_over_guess,
-        }
+        factor = THRESHOLDS.bounds_over_guess
+        return possible_guess(id, value, value / factor, value * factor)
     if id.startswith("gravity"):
-        return _within(value, -2.0 * found.torque, 2.0 * found.torque)
+        return _within(id, value, -2.0 * found.torque, 2.0 * found.torque)
     if id == "Ks":
-        return _within(value, 0.0, max(10.0 * value, 4.0 * found.torque / found.travel))
+        return _within(id, value, 0.0, max(10.0 * value, 4.0 * found.torque / found.travel))
     reach = 2.0 * found.travel
-    return _within(value, min(value, found.centre) - reach, max(value, found.centre) + reach)
+    return _within(id, value, min(value, found.centre) - reach, max(value, found.centre) + reach)
 
 
-def _within(value: float, lower: float, upper: float) -> dict[str, object]:
-    return {"initial": float(np.clip(value, lower, upper)), "lower": lower, "upper": upper}
+def _within(id: str, value: float, lower: float, upper: float) -> dict[str, object]:
+    return possible_guess(id, float(np.clip(value, lower, upper)), lower, upper)

@@ -1,7 +1,8 @@
 """Bounds that haptid chose: a fit that ends on one of them is repeated with a wider range.
 
 The range of a parameter that neither user nor device states is a guess. An optimum on its end is a statement about the
-guess, not about the joint, so that nothing is said before the range is wider:
+guess, not about the joint, so that nothing is said before the range is wider. Two ends stay: what a file may state
+(`possible_range`), for a result is read again, and for stiction the torque that acted on the joint, which moved.
 
 1. Find the parameters at an end of their range that nobody stated and that physics does not set (`wider_ranges`).
 2. Widen these ranges and fit again, from the optimum alone where it is one of a free simulation.
@@ -26,6 +27,7 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.statistics.identifiability import on_bound
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
+from haptid.model.device.stated_parameters import possible_guess
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.registry import law_named
@@ -70,7 +72,7 @@ def fit_within_own_bounds(  # what is fitted, on which rows, within which ranges
     alone = False
     open_ends: tuple[str, ...] = ()
     for _ in range(THRESHOLDS.most_widenings_of_bounds):
-        wider = wider_ranges(found, own)
+        wider = wider_ranges(found, own, runs)
         if not wider:
             break
         ranged = equations.with_parameters(wider)
@@ -87,10 +89,11 @@ def fit_within_own_bounds(  # what is fitted, on which rows, within which ranges
     elif alone and (options.starts > 1 or len(options.gains) > 1):  # else it would be the same fit once more
         everywhere = fit_equations(equations, from_optimum(found, options))
         found = found if _better(found, everywhere, runs) else everywhere
-    return _tell_open_ends(found, open_ends) if open_ends else found
+    found = _tell_open_ends(found, open_ends) if open_ends else found
+    return _tell_stiction_beyond_torque(found, own, runs)
 
 
-def wider_ranges(found: Fit, own: Sequence[str]) -> dict[str, dict[str, object]]:
+def wider_ranges(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> dict[str, dict[str, object]]:
     """Widen the ranges at whose ends the estimates lie.
 
     Parameters
@@ -99,12 +102,15 @@ def wider_ranges(found: Fit, own: Sequence[str]) -> dict[str, dict[str, object]]
         Fit whose equations hold the ranges.
     own
         Ids of the parameters whose range haptid chose.
+    runs
+        Runs of the fit, whose torques bound stiction.
 
     Returns
     -------
     dict
         First guess (the estimate), ``lower`` and ``upper`` by id. An end at 0 of a quantity that cannot be negative
-        stays, and so does the range of a spring's equilibrium where there is no spring.
+        stays, and so does the range of a spring's equilibrium where there is no spring. No range is wider than a file
+        may state, and that of stiction ends at a multiple of the torque that acted on the joint.
     """
     parametrisation = Parametrisation.of(found.equations)
     s = parametrisation.to_coordinates(found.theta)
@@ -113,9 +119,27 @@ def wider_ranges(found: Fit, own: Sequence[str]) -> dict[str, dict[str, object]]
         value = found.values[quantity.id]
         if edge and quantity.id in own and not _is_of_absent_spring(quantity.id, found):
             lower, upper = _widen_range(quantity, value)
-            if (lower, upper) != (quantity.lower, quantity.upper):
-                result[quantity.id] = {"initial": value, "lower": lower, "upper": upper}
+            if quantity.id in _stictions(found):
+                most = THRESHOLDS.largest_stiction_over_torque * _largest_torque(found, runs)
+                upper = min(upper, max(most, quantity.upper))
+            wider = possible_guess(quantity.id, value, lower, upper)
+            if (wider["lower"], wider["upper"]) != (quantity.lower, quantity.upper):
+                result[quantity.id] = wider
     return result
+
+
+def _stictions(found: Fit) -> list[str]:
+    """List the ids of stiction in the friction laws of the equations."""
+    return [law_named(law).roles.stiction for law in found.equations.friction]
+
+
+def _largest_torque(found: Fit, runs: Sequence[Run]) -> float:
+    """Return the most that command and gravity made together [N m]; infinite for a drive, whose command is none."""
+    if found.equations.drive is not None:
+        return np.inf
+    commands = [float(np.abs(run.u).max()) for run in runs if run.use == "fit"]
+    gravity = sum(abs(found.values.get(id, 0.0)) for id in ("gravity_cos", "gravity_sin"))
+    return found.values.get("Kp", 1.0) * max(commands, default=np.inf) + gravity
 
 
 def _widen_range(quantity: Quantity, value: float) -> tuple[float, float]:
@@ -166,3 +190,18 @@ def _tell_open_ends(found: Fit, ids: Sequence[str]) -> Fit:
             said.append(f"{value} is the end of its range, and a wider range fits no better: the runs leave it open")
     statuses = {id: "unidentifiable" if id in ids else status for id, status in found.statuses.items()}
     return found.but(statuses=statuses, warnings=(*found.warnings, *said))
+
+
+def _tell_stiction_beyond_torque(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> Fit:
+    """Say of stiction at the end of its range, beyond every torque of the runs, that they do not tell it."""
+    largest = _largest_torque(found, runs)
+    statuses, said = dict(found.statuses), list(found.warnings)
+    for id in _stictions(found):
+        if id in own and statuses[id] == "at_bound" and found.values[id] > largest:
+            unit = found.equations.parameter(id).unit
+            statuses[id] = "unidentifiable"
+            said.append(
+                f"{id} = {found.values[id]:.3g} {unit} is more than all that acted on the joint, {largest:.3g} {unit}: "
+                "the joint moved, and these runs do not tell its stiction"
+            )
+    return found.but(statuses=statuses, warnings=tuple(said))

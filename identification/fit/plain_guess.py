@@ -22,7 +22,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
-from haptid.model.device.stated_parameters import ROWS
+from haptid.model.device.stated_parameters import ROWS, possible_guess
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.law import Sliding
 from haptid.model.friction.registry import law_named
@@ -128,7 +128,7 @@ def _friction(
     for k, (tail, ids) in enumerate(own.items()):
         guessed = law_named(equations.friction[k]).guess(_sliding(plain, motions, k))
         for id in ids:
-            changes[f"{id}{tail}"] = _around(guessed[id])
+            changes[f"{id}{tail}"] = _around(id, guessed[id])
     return changes
 
 
@@ -177,9 +177,9 @@ def _inertia(plain: Baseline, motion: FilteredMotion, k: int) -> float:
     return torque(moved) - torque(still)
 
 
-def _around(value: float) -> dict[str, object]:
+def _around(id: str, value: float) -> dict[str, object]:
     factor = THRESHOLDS.bounds_over_guess
-    return {"initial": value, "lower": value / factor, "upper": value * factor}
+    return possible_guess(id, value, value / factor, value * factor)
 
 
 def _begin_at(equations: Equations, plain: Baseline, stated: Collection[str]) -> dict[str, dict[str, object]]:

@@ -13,7 +13,7 @@ import numpy as np
 from haptid.measurement.checks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
-from haptid.measurement.checks.torque_scale import off_scale
+from haptid.measurement.checks.torque_scale import find_other_controllers, off_scale
 from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
@@ -75,6 +75,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
     odd = find_odd_sensors(estimates)
     correlated = find_correlated_noise(fulls)
+    controllers = find_other_controllers(campaign)
     made = []
     for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
         shared = [*_few_rows(run), *_lost_rows(run), *(table[run.file] for table in between if run.file in table)]
@@ -83,8 +84,10 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
             if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
                 slips.append(turned[run.file])
-            sensor = [table[run.file, joint] for table in (odd, correlated) if (run.file, joint) in table]
-            doubts.append((*_stillness(run, full, column), *slips, *sensor, *shared))
+            by_joint = [
+                table[run.file, joint] for table in (odd, correlated, controllers) if (run.file, joint) in table
+            ]
+            doubts.append((*_stillness(run, full, column), *slips, *by_joint, *shared))
             sentences.append((*_circumstances(run, column), *doubts[-1]))
         made.append(
             Remarks(

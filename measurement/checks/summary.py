@@ -17,6 +17,7 @@ from haptid.support.tables import Table, Told
 
 MANY = 2
 """Number of runs beyond which a remark on all of them is one line."""
+TORQUE = "torque ±"
 HEADER = (
     "file",
     "joint",
@@ -25,14 +26,17 @@ HEADER = (
     "s",
     "Hz",
     "uneven",
-    "torque ±",
+    TORQUE,
     "travel",
     "ω rad/s",
     "cycles",
     "noise",
     "step",
 )
-"""Headings of the columns; torque ± is half its range, Hz the rate of the rows, step the encoder's."""
+"""Headings of the columns; torque ± is half its range, Hz the rate of the rows, step the encoder's.
+
+`tell_table` adds the unit of the torque.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,7 +178,14 @@ def tell_table(rows: tuple[Row, ...]) -> Told:
     list
         Table, and the lines of the remarks.
     """
-    return [Table(header=HEADER, rows=[row.cells for row in rows]), *_remark_lines(rows)]
+    header = tuple(_with_unit(rows) if name == TORQUE else name for name in HEADER)
+    return [Table(header=header, rows=[row.cells for row in rows]), *_remark_lines(rows)]
+
+
+def _with_unit(rows: tuple[Row, ...]) -> str:
+    """Return the heading of the torque with its unit: forces where all joints slide, both where some do."""
+    slides = {"force_half_range_N" in row.facts for row in rows}
+    return {(True,): "force ± N", (False, True): f"{TORQUE} N m, N"}.get(tuple(sorted(slides)), f"{TORQUE} N m")
 
 
 def _remark_lines(rows: tuple[Row, ...]) -> list[str]:

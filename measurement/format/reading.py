@@ -20,6 +20,7 @@ from haptid.measurement.format.drives import StatedDrive, read_drives
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.joint_tables import (
     Overrides,
+    drive_constants,
     friction_laws,
     joint_tables,
     read_overrides,
@@ -113,6 +114,7 @@ def campaign_from(source: TomlSource, folder: Path, read: Reading, loaded: Devic
         runs=runs,
         parameter_overrides=_with_drives(read_overrides(source, tables), drives),
         drives={joint: stated.drive for joint, stated in drives.items()},
+        torque_constants=drive_constants(tables),
         friction=friction_laws(tables),
         noise_given=all(bool(np.isfinite(run.noise).all()) for run in runs),
         loaded=loaded,

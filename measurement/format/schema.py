@@ -159,7 +159,10 @@ JOINT = {
     "parameters": Key(accepts=lambda value: isinstance(value, dict), words="a table of parameters"),
     "sensor": Key(accepts=lambda value: isinstance(value, dict), words="a table with noise_rad, resolution_rad"),
     "drive": Key(accepts=lambda value: isinstance(value, dict), words="a table with kind"),
-    "controller": Key(accepts=lambda value: isinstance(value, dict), words="a table with kind, gain and limit"),
+    "controller": Key(
+        accepts=lambda value: isinstance(value, dict),
+        words="a table with kind, gain and limit, in the drive's unit (N m without a drive)",
+    ),
     "torque_constant_Nm_per_A": CONSTANT,
     "force_constant_N_per_A": CONSTANT,
 }

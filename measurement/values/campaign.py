@@ -41,6 +41,8 @@ class Campaign:
         Friction law by joint; a joint that is not listed has the law of the device.
     drives
         Drive by joint; the torque is the input of a joint that is not listed.
+    torque_constants
+        Torque per ampere [N m/A] (force [N/A]) by joint, where a joint's table states it beside its columns.
     noise_given
         Whether the campaign states the sensor noise of every run. Where False, noise is estimated from the rows.
     remarks
@@ -60,6 +62,7 @@ class Campaign:
     parameter_overrides: Mapping[int, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     friction: Mapping[int, str] = field(default_factory=dict)
     drives: Mapping[int, Drive] = field(default_factory=dict)
+    torque_constants: Mapping[int, float] = field(default_factory=dict)
     noise_given: bool = False
     remarks: tuple[str, ...] = ()
     loaded: Device | None = None

@@ -65,6 +65,26 @@ def possible_range(id: str) -> tuple[float, float]:
     return row.lower / beyond if row.lower > 0 else row.lower * beyond, row.upper * beyond
 
 
+def possible_guess(id: str, initial: float, lower: float, upper: float) -> dict[str, object]:
+    """Keep a guess and its bounds within what a file may state: a result is read again by the same limits.
+
+    Parameters
+    ----------
+    id
+        Id of the parameter.
+    initial, lower, upper
+        Guess and bounds in the parameter's unit.
+
+    Returns
+    -------
+    dict
+        ``initial``, ``lower`` and ``upper``, each within `possible_range`.
+    """
+    least, most = possible_range(id)
+    values = {"initial": initial, "lower": lower, "upper": upper}
+    return {key: float(min(max(value, least), most)) for key, value in values.items()}
+
+
 def range_of(id: str, entry: Entry) -> tuple[float, float]:
     """Return the bounds of a parameter for a fit.
 

@@ -20,7 +20,8 @@ class Controller:
     kind
         ``p``, ``pd`` or ``pid``.
     gain
-        Output unit of the drive per rad ([1/m] for a prismatic joint), where a run states no other.
+        Output unit of the drive (N m without a drive) per rad ([1/m] for a prismatic joint), where a run states no
+        other.
     limit
         Saturation of c, in the drive's unit.
     derivative_gain

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import Limits
-from haptid.measurement.checks.summary import summarise
+from haptid.measurement.checks.summary import summarise, tell_table
 from haptid.measurement.checks.suspicions import suspicions
 from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.signals.noise import contrasts, with_noise
 from haptid.measurement.tables.misnamed import advice
+from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
+from haptid.support.tables import Table
 from tests.real_data import DATA
 
 WORDS = (
@@ -233,3 +237,19 @@ def cosine(omega: float, file: str) -> Run:
 )
 def test_tables_under_each_others_names(named: dict[str, float], remarked: set[str]):
     assert find_misnamed([cosine(omega, file) for file, omega in named.items()]).keys() == remarked
+
+
+@pytest.mark.parametrize(
+    ("slides", "heading"),
+    [((False, False), "torque ± N m"), ((True, True), "force ± N"), ((False, True), "torque ± N m, N")],
+)
+def test_the_table_has_the_unit_of_the_torque(slides: tuple[bool, ...], heading: str):
+    t = np.arange(0.0, 4.0, 0.01)
+    runs = [
+        a_run(t, np.cos(3 * t), 0.3 * np.sin(3 * t), file=f"{k}.csv").but(prismatic=(one,), free_joints=(k,))
+        for k, one in enumerate(slides)
+    ]
+    read = Campaign(folder=Path(), title="t", device="single_joint", measured=False, runs=tuple(runs))
+    table = tell_table(summarise(read))[0]
+    assert isinstance(table, Table)
+    assert heading in table.header

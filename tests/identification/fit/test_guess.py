@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptid.identification.fit.initial_guess import guess_from
+from haptid.identification.fit.initial_guess import guess, guess_from
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.stated import fields_changed_by, overridden
 from haptid.measurement.signals.smoothing import dominant_period, smooth
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.reader import load_device
+from haptid.model.device.stated_parameters import possible_range
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError
 from tests.identification.bench_joint import TRUE, runs
@@ -43,6 +44,13 @@ def test_guess_needs_no_numbers_and_lands_within_a_factor():
     values = guess_from([run for run in runs() if run.use == "fit"]).values
     for id, factor in (("Ks", 1.3), ("Fc", 1.4), ("Fs", 1.5), ("sigma2", 1.5), ("inertia", 4.0), ("vs", 5.0)):
         assert 1 / factor < values[id] / TRUE[id] < factor, (id, values[id])
+
+
+def test_no_guess_and_no_bound_lies_beyond_what_a_result_may_state():
+    tiny = [run.but(u=1e-9 * run.u) for run in runs() if run.use == "fit"]
+    for quantity in guess(joint_equations(0), tiny, given={}).parameters:
+        least, most = possible_range(quantity.id)
+        assert least <= quantity.lower <= quantity.initial <= quantity.upper <= most, quantity.id
 
 
 def test_wide_motion_tells_gravity_from_the_spring():

@@ -22,6 +22,7 @@ from haptid.identification.statistics.absent import with_absent_terms
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.identifiability import felt_sizes, statuses
 from haptid.measurement.values.run import Run
+from haptid.model.device.stated_parameters import possible_range
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations
 
@@ -124,12 +125,38 @@ def test_range_grows_on_the_side_of_the_estimate_and_not_below_zero(fitted: Fitt
     ends = {"sigma0": fit.equations.parameter("sigma0").upper, "Ks": 0.0}
     ends["gravity_sin"] = fit.equations.parameter("gravity_sin").lower
     edge = fit.but(theta=np.array([ends.get(id, value) for id, value in fit.values.items()]))
-    wider = wider_ranges(edge, [q.id for q in fit.equations.parameters])
+    wider = wider_ranges(edge, [q.id for q in fit.equations.parameters], runs())
     assert "Ks" not in wider
     assert wider["sigma0"]["upper"] == pytest.approx(100 * ends["sigma0"])
     assert wider["sigma0"]["lower"] == fit.equations.parameter("sigma0").lower
     assert wider["gravity_sin"]["lower"] < ends["gravity_sin"]
     assert wider["gravity_sin"]["upper"] == fit.equations.parameter("gravity_sin").upper
+
+
+def at_upper_end(fit: Fit, id: str, upper: float) -> Fit:
+    """Put a parameter on the upper end of its range."""
+    quantity = fit.equations.parameter(id)
+    equations = fit.equations.with_parameters({id: {"upper": upper, "lower": min(quantity.lower, upper / 100)}})
+    theta = np.array([upper if name == id else value for name, value in fit.values.items()])
+    return fit.but(equations=equations, theta=theta, statuses=dict(fit.statuses) | {id: "at_bound"})
+
+
+def test_range_does_not_grow_beyond_what_a_result_may_state(fitted: Fitted) -> None:
+    most = possible_range("sigma0")[1]
+    edge = at_upper_end(fitted.fit, "sigma0", most / 7.0)
+    assert wider_ranges(edge, ("sigma0",), runs())["sigma0"]["upper"] == most
+    assert wider_ranges(at_upper_end(fitted.fit, "sigma0", most), ("sigma0",), runs()) == {}
+
+
+def test_stiction_does_not_run_away_from_the_torque_that_moved_the_joint(fitted: Fitted) -> None:
+    largest = 0.8 + abs(TRUE["gravity_sin"])  # the cosines add up to 0.8 at t = 0
+    grown = wider_ranges(at_upper_end(fitted.fit, "Fs", 0.5), ("Fs",), runs())["Fs"]["upper"]
+    assert grown == pytest.approx(3.0 * largest, rel=0.05)
+    edge = at_upper_end(fitted.fit, "Fs", 5.0)
+    assert wider_ranges(edge, ("Fs",), runs()) == {}
+    told = fit_within_own_bounds(lambda *_: edge, edge.equations, runs(), ("Fs",), FitOptions())
+    assert told.statuses["Fs"] == "unidentifiable"
+    assert "Fs = 5 N m is more than all that acted on the joint, 1.6 N m" in told.warnings[-1]
 
 
 @pytest.mark.parametrize(("left", "coarse"), [(1.0, False), (1.6, False), (1.6, True)])

@@ -1,0 +1,75 @@
+"""A stated controller is held against the recorded command: gains in another unit, and another controller."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.torque_scale import find_other_controllers
+from haptid.measurement.format.reading import read_campaign
+from haptid.support.errors import LONGEST
+
+T = np.arange(0.0, 4.0, 0.002)
+REFERENCE = 0.5 * np.sin(3 * T) + 0.2 * np.sin(11 * T)
+STEP = 2 * np.pi / 4096
+POSITION = np.round((0.45 * np.sin(3 * T - 0.15) + 0.15 * np.sin(11 * T - 0.5)) / STEP) * STEP
+SPEED = np.gradient(POSITION, T)
+COMMAND = np.clip(25.0 * (REFERENCE - POSITION) - 0.35 * SPEED, -3.0, 3.0)
+"""Output of the firmware's loop, by its gains; it saturates in a part of the rows."""
+LOOP = '[joint.0.controller]\nkind = "pd"\ngain = {gain}\nderivative_gain = {damping}\nlimit = {limit}\n'
+AMPERE = LOOP.format(gain=25.0, damping=0.35, limit=3.0)
+CONSTANT = "[joint.0]\ntorque_constant_Nm_per_A = 0.08\n"
+CURRENT = '[joint.0.drive]\nkind = "current"\ntorque_constant = 0.08\n'
+
+
+def campaign(folder: Path, tables: str, **columns: np.ndarray) -> Path:
+    table = {"time_s": T, "position_0_rad": POSITION, "reference_0_rad": REFERENCE, **columns}
+    rows = np.column_stack(list(table.values()))
+    entries = ""
+    for name, use in (("a", "fit"), ("b", "fit"), ("c", "validate")):
+        scaled = rows * np.where(np.arange(len(table)) > 0, {"a": 1.0, "b": 0.9, "c": 1.1}[name], 1.0)
+        np.savetxt(folder / f"{name}.csv", scaled, delimiter=",", header=",".join(table), comments="")
+        entries += f'[[runs]]\nfile = "{name}.csv"\nfree_joints = [0]\nuse = "{use}"\n'
+    head = '[campaign]\ndevice = "single_joint"\nmeasured = false\n'
+    (folder / "campaign.toml").write_text(head + tables + entries, encoding="utf-8")
+    return folder
+
+
+def test_gains_in_amperes_without_a_drive_are_told_once_with_the_drive_to_state(tmp_path: Path) -> None:
+    read = campaign_for_command(campaign(tmp_path, CONSTANT + AMPERE, current_0_A=COMMAND))
+    (remark,) = [one for one in read.remarks if "controller" in one]
+    assert remark.startswith("a.csv, joint 0: the stated controller gives 12.5 times the recorded torque, which")
+    assert "are its gains in A/rad?" in remark
+    assert ": 1/torque_constant_Nm_per_A; are its" in remark
+    assert remark.endswith('[joint.0.drive] kind = "current", torque_constant = 0.08 in place of that key')
+    assert len(remark) < LONGEST, "a command would cut the remedy"
+
+
+@pytest.mark.parametrize(
+    ("tables", "columns"),
+    [
+        (CURRENT + AMPERE, {"current_0_A": COMMAND}),
+        (AMPERE, {"torque_0_Nm": COMMAND}),
+        (AMPERE, {"torque_0_Nm": np.roll(COMMAND, 2)}),
+        (AMPERE, {"torque_0_Nm": COMMAND + 0.2 * np.random.default_rng(0).standard_normal(T.size)}),
+        (CONSTANT + LOOP.format(gain=2.0, damping=0.028, limit=0.24), {"current_0_A": COMMAND}),
+        (AMPERE, {}),
+    ],
+)
+def test_the_right_unit_a_delay_and_what_was_not_recorded_get_no_remark(
+    tmp_path: Path, tables: str, columns: dict[str, np.ndarray]
+) -> None:
+    assert find_other_controllers(read_campaign(campaign(tmp_path, tables, **columns))) == {}
+
+
+def test_a_controller_of_another_size_or_of_other_runs_is_told(tmp_path: Path) -> None:
+    small = LOOP.format(gain=2.0, damping=0.028, limit=0.24)
+    told = find_other_controllers(read_campaign(campaign(tmp_path, CURRENT + small, current_0_A=COMMAND)))
+    assert "gives 0.08 times the recorded current" in told["a.csv", 0]
+    assert "the output of this drive's controller is in A: are its gains in A/rad?" in told["a.csv", 0]
+    other = 0.3 * np.cos(7 * T)
+    told = find_other_controllers(read_campaign(campaign(tmp_path, AMPERE, torque_0_Nm=other)))
+    assert "is not the one of these runs: the recorded torque does not follow it" in told["a.csv", 0]
