@@ -29,6 +29,7 @@ from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.quantity import Quantity
 from haptid.support.linear_algebra import profile_out
 from haptid.support.processes.threads import single_threaded
 
@@ -83,9 +84,14 @@ def _result(problem: Problem, runs: tuple[Run, ...], minima: Minima, begun: floa
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     scores = _scores(problem, theta, runs, x0, fitted)
     found = fit_at(problem, minima, bent, scores, felt_sizes(problem.parametrisation, problem.runs))
-    excited = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
+    changes = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
+    # Residuals of another kind have their torque in y.
+    silent = bool(found.equations.joints) and not any(np.any(run.u) for run in problem.runs)
+    has_scale = any(_gives_scale(quantity) for quantity in found.equations.parameters)
+    excited, scaled = changes or (silent and has_scale), not silent or has_scale
+    over_motion = _over_motion(problem.runs, scores)
     return found.but(
-        outcome=with_cause(found.outcome, over_motion=_over_motion(problem.runs, scores), excited=excited),
+        outcome=with_cause(found.outcome, over_motion=over_motion, excited=excited, scaled=scaled),
         wall_s=time.perf_counter() - begun,
         warnings=excitation_warnings(found.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
@@ -204,6 +210,12 @@ def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> Fit
     if alone:
         return options.but(start=start, starts=1, gains=options.gains[-1:])
     return options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
+
+
+def _gives_scale(quantity: Quantity) -> bool:
+    """Say whether what is stated of a parameter gives the torques of a free swing their scale."""
+    known = quantity.initial if quantity.fixed else 0.0 if quantity.prior is None else quantity.prior.mean
+    return known != 0.0 and any(part in quantity.unit for part in ("N", "kg"))
 
 
 def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:

@@ -105,7 +105,7 @@ FITS = _group(
     (
         "unexcited", "bad",
         "The torque never changes in the fitted runs, so that they do not tell how the joint answers to it.",
-        "Look whether the torque was recorded, and in which column.",
+        "Look whether the torque was recorded, and in which column. Of a free swing fix a known inertia or gravity.",
     ),
     (
         "fixed", "plain",
