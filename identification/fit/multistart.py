@@ -26,7 +26,7 @@ from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
 from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
-from haptid.identification.statistics.score import score, score_of
+from haptid.identification.statistics.score import residual_over_motion, score, score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.quantity import Quantity
@@ -89,11 +89,16 @@ def _result(problem: Problem, runs: tuple[Run, ...], minima: Minima, begun: floa
     silent = bool(found.equations.joints) and not any(np.any(run.u) for run in problem.runs)
     has_scale = any(_gives_scale(quantity) for quantity in found.equations.parameters)
     excited, scaled = changes or (silent and has_scale), not silent or has_scale
-    over_motion = _over_motion(problem.runs, scores)
+    over_motion = residual_over_motion(problem.runs, scores)
     return found.but(
         outcome=with_cause(found.outcome, over_motion=over_motion, excited=excited, scaled=scaled),
         wall_s=time.perf_counter() - begun,
-        warnings=excitation_warnings(found.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
+        warnings=excitation_warnings(
+            found.equations,
+            theta,
+            [(run.t, fitted[run.file]) for run in problem.runs],
+            [id for id, status in found.statuses.items() if status == "identified"],
+        ),
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
         profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
     )
@@ -216,14 +221,6 @@ def _gives_scale(quantity: Quantity) -> bool:
     """Say whether what is stated of a parameter gives the torques of a free swing their scale."""
     known = quantity.initial if quantity.fixed else 0.0 if quantity.prior is None else quantity.prior.mean
     return known != 0.0 and any(part in quantity.unit for part in ("N", "kg"))
-
-
-def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:
-    """Return the RMS of the residual over that of the motion about its mean, the largest of the joints."""
-    fitted = {score.file: score for score in scores if score.use == "fit"}
-    residual = np.mean([fitted[run.file].rmse ** 2 for run in runs], axis=0)
-    motion = np.mean([np.var(run.y, axis=0) for run in runs], axis=0)
-    return float(np.sqrt(np.max(residual / np.maximum(motion, np.finfo(float).tiny))))
 
 
 class _Theta:

@@ -35,8 +35,8 @@ class Outcome(Enum):
     )
     UNEXCITED = (
         "the torque never changes in the fitted runs, so that they do not tell how the joint answers to it: "
-        "look whether the torque was recorded, and in which column; of a joint that swings freely fix what is known, as the "
-        "weighed inertia, under [joint.J.parameters], which gives the rest its scale"
+        "look whether the torque was recorded, and in which column; of a joint that swings freely fix what is known, "
+        "as the weighed inertia, under [joint.J.parameters], which gives the rest its scale"
     )
     FIXED = "every parameter is fixed, so that nothing was fitted: the scores are those of the model as it is stated"
     UNSEEN = (
@@ -68,6 +68,11 @@ class Outcome(Enum):
         return self.name.lower()
 
 
+LONELY_NEAR_THE_DATA = (
+    "only one start reached the best minimum, and it lies above the sensor's noise, though it follows the motion; "
+    "raise --starts, then see what the model lacks: haptid missing (python -m discrepancy.run in a clone)"
+)
+"""Sentence of `Outcome.LONELY` where little of the motion is left, so that columns and units are right."""
 MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
 """Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
 TOLD_AS_UNCERTAIN = (*MODEL_DOES_NOT_FIT, Outcome.PLAIN, Outcome.OBSERVED)

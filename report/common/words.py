@@ -95,7 +95,7 @@ FITS = _group(
     (
         "lonely", "bad",
         "One start alone reached the best minimum, and more is left than the sensor's noise.",
-        "Check columns and units with haptid check, then raise --starts.",
+        "Raise --starts, then run haptid missing; where much of the motion is left, check columns and units first.",
     ),
     (
         "unexplained", "bad",
