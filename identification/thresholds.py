@@ -69,6 +69,9 @@ class Thresholds:
     least_new_part_of_column: float = 1e-3
     """Norm of a column's part that the earlier columns do not explain, over its own norm [1], below which the column
     is left out."""
+    least_residual_torque_over_torque: float = 1e-9
+    """RMS of a residual torque over that of all torques [1], below which it counts as that much: where columns explain
+    a torque exactly, its weight stays finite."""
     block_of_residual_in_correlation_lengths: float = 5.0
     """Length of a block of the residual over its correlation length [1]."""
     least_residual_blocks_of_run: int = 8

@@ -129,8 +129,10 @@ def estimate_delay(
     Returns
     -------
     Delay or None
-        None where no delay earns its place.
+        None where no delay earns its place, as where no torque changes.
     """
+    if not any(np.any(np.ptp(motion.torque, axis=0) > 0) for motion in motions):
+        return None
     limit = bracket(motions)
     runs = list(zip(motions, columns, moving, strict=True))
     found = _fit_delay([_rows_of(*run, 0.0) for run in runs], limit)
@@ -174,9 +176,12 @@ def _fit_delay(rows: Sequence[_Rows], limit: float) -> _DelayFit:
     kept = independent_columns(np.concatenate([one.columns.reshape(-1, one.columns.shape[2]) for one in rows]))
     rows = [replace(one, columns=one.columns[:, :, kept]) for one in rows]
     delay, weights = 0.0, [np.ones(one.moving.shape[1]) for one in rows]
+    # The columns explain a torque exactly that never changes in one joint or run: its weight stays finite.
+    torques = np.concatenate([one.torque_at(0.0).ravel() for one in rows])
+    least = THRESHOLDS.least_residual_torque_over_torque * rms(torques)
     for _ in range(THRESHOLDS.weighted_solutions):
         # The weights are those of the residual before, as in the plain model's own least squares.
-        weights = [1.0 / np.maximum(column_rms(e), np.finfo(float).tiny) for e in _residuals(rows, weights, delay)]
+        weights = [1.0 / np.maximum(column_rms(e), least) for e in _residuals(rows, weights, delay)]
         delay = _minimise(rows, weights, limit)
     residuals = _residuals(rows, weights, delay)
     sloped = [one.columns_with_slope(delay) for one in rows]

@@ -114,7 +114,7 @@ class Figures:
     torque_rmse
         [N m] or [N], shape (n_joints,).
     torque_error
-        The same over the RMS of the torque [1], shape (n_joints,).
+        The same over the RMS of the torque [1], shape (n_joints,); NaN where that is zero throughout.
     horizon_rmse
         [rad] or [m] by horizon, shape (n_joints,) each; horizons longer than the run are left out.
     closed_rmse
@@ -214,7 +214,8 @@ def figures_of(
     return Figures(
         free_rmse=column_rms(run.y[run.score_from :] - simulate_freely(model, run, states)) if moves else nothing,
         torque_rmse=torque_rmse,
-        torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
+        # A torque that is zero throughout, as of a free swing, has no size that an error is a share of.
+        torque_error=torque_rmse / np.where(size > 0, size, np.nan),
         horizon_rmse={f"{h:g}": _horizon(model, driven, states, h) if moves else nothing for h in lengths},
     )
 

@@ -67,7 +67,9 @@ def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], n
         b = np.concatenate([(tau * w).ravel() for tau, w in zip(torques, weights, strict=True)])
         theta = _solve(A, b, nonnegative[kept])
         residuals = [tau - W @ theta for W, tau in zip(used, torques, strict=True)]
-        weights = [1.0 / np.maximum(column_rms(e), 1e-9 * _rms(b)) for e in residuals]
+        weights = [
+            1.0 / np.maximum(column_rms(e), THRESHOLDS.least_residual_torque_over_torque * _rms(b)) for e in residuals
+        ]
     full, covariance = np.zeros(kept.size), np.full((kept.size, kept.size), np.nan)
     full[kept] = theta
     inside = ~nonnegative[kept] | (theta > 0)

@@ -159,10 +159,13 @@ class JointTest:
 
     @property
     def largest_torque(self) -> float:
-        """Largest torque of the runs that are fitted [N m], or [N]; infinite for a drive, whose command is none."""
+        """Largest torque of the runs that are fitted [N m], or [N].
+
+        Infinite for a drive, whose command is none, and for a free swing, whose torque is zero throughout.
+        """
         if self.equations.drive is not None:
             return np.inf
-        return float(max((np.abs(run.u).max() for run in self.runs if run.use == "fit"), default=np.inf))
+        return float(max((np.abs(run.u).max() for run in self.runs if run.use == "fit"), default=np.inf)) or np.inf
 
     def with_positions(self, found: Fit) -> JointTest:
         """Return the same test with positions for readings, where the fit found encoder zeros.
@@ -215,6 +218,8 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
     if best.compared.plain_is_better and not settled and drive is None:
         made = plain_fit(test.simulator(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)
+    if best.fit.outcome is Outcome.UNEXCITED:  # without a scale of the torques, no size tells what is absent
+        return best
     return replace(best, fit=with_absent_terms(best.fit, test.largest_torque))
 
 

@@ -10,6 +10,9 @@
    balance. Over a wide range of positions, columns cos q and sin q distinguish gravity from the spring.
 3. Give the other parameters of the friction law sizes in proportion, by the law's own `guess`; the fit refines them.
 4. Set bounds around the guesses (`guess`).
+
+Where the torque is zero throughout, as of a free swing, the equation tells ratios alone. What the user states of
+inertia or gravity is then taken to the side of the torque, and gives the rest its size.
 """
 
 from __future__ import annotations
@@ -28,6 +31,9 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import FrictionLaw, Sliding
 from haptid.model.friction.registry import DEFAULT, law_named
+
+OF_FREE_SWING = {"inertia": 0, "gravity_cos": 5, "gravity_sin": 6}
+"""Parameters of which one stated value gives a free swing its scale, with their columns in the equation above."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +59,14 @@ class Guess:
     speed: float
 
 
-def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, friction: str = DEFAULT) -> Guess:
+def guess_from(
+    runs: Sequence[Run],
+    *,
+    gain: float = 1.0,
+    gravity: bool = True,
+    friction: str = DEFAULT,
+    known: Mapping[str, float] | None = None,
+) -> Guess:
     """Estimate the parameters of one joint from its runs.
 
     Parameters
@@ -66,6 +79,8 @@ def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, 
         Whether the joint has gravity parameters.
     friction
         Id of the friction law.
+    known
+        Stated values by parameter id, which count where the torque is zero throughout.
 
     Returns
     -------
@@ -76,13 +91,20 @@ def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, 
     q, v, a, torque = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "v", "a", "torque"))
     torque = gain * torque
     travel, speed = max(float(np.ptp(q)), 1e-9), max(float(np.max(np.abs(v))), 1e-9)
+    stated = {} if torque.any() else {id: value for id, value in (known or {}).items() if id in OF_FREE_SWING}
+    forces = {"inertia": a, "gravity_cos": np.cos(q), "gravity_sin": np.sin(q)}
+    torque = torque - sum(value * forces[id] for id, value in stated.items())
     size = max(float(np.max(np.abs(torque))), 1e-12)
     wide = gravity and travel > THRESHOLDS.least_travel_for_gravity_rad
     # tanh for sgn: the Coulomb torque sets in gradually, over about 2 % of the largest speed.
     columns = [a, v, np.tanh(v / (0.02 * speed)), q, np.ones_like(q)]
     if wide:
         columns += [np.cos(q), np.sin(q)]
-    c = _solve_nonnegative(np.stack(columns, axis=1), torque, free=(4, 5, 6) if wide else (3, 4))
+    A = np.stack(columns, axis=1)
+    # A column of zeros leaves its unknown at 0: what is stated is in the torque already.
+    A[:, [k for id, k in OF_FREE_SWING.items() if id in stated and k < A.shape[1]]] = 0.0
+    c = _solve_nonnegative(A, torque, free=(4, 5, 6) if wide else (3, 4))
+    c[0] = stated.get("inertia", c[0])
     return Guess(
         values=_values(c, law, torque=size, travel=travel, speed=speed, acceleration=float(np.std(a)), wide=wide),
         torque=size,
@@ -148,7 +170,8 @@ def guess(equations: Equations, runs: Sequence[Run], *, given: Mapping[str, Mapp
     fixed = given.get("Kp", {}).get("fixed", equations.parameter("Kp").initial)
     gain = float(fixed) if isinstance(fixed, int | float) else 1.0
     gravity = any(q.id == "gravity_sin" for q in equations.parameters)
-    found = guess_from(runs, gain=gain, gravity=gravity, friction=equations.friction[0])
+    known = {id: float(equations.parameter(id).initial) for id in OF_FREE_SWING if given.get(id)}
+    found = guess_from(runs, gain=gain, gravity=gravity, friction=equations.friction[0], known=known)
     changes: dict[str, dict[str, object]] = {}
     for quantity in equations.parameters:
         if quantity.id in found.values and not given.get(quantity.id):

@@ -26,9 +26,10 @@ from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
 from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
-from haptid.identification.statistics.score import score, score_of
+from haptid.identification.statistics.score import residual_over_motion, score, score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.quantity import Quantity
 from haptid.support.linear_algebra import profile_out
 from haptid.support.processes.threads import single_threaded
 
@@ -83,11 +84,21 @@ def _result(problem: Problem, runs: tuple[Run, ...], minima: Minima, begun: floa
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     scores = _scores(problem, theta, runs, x0, fitted)
     found = fit_at(problem, minima, bent, scores, felt_sizes(problem.parametrisation, problem.runs))
-    excited = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
+    changes = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
+    # Residuals of another kind have their torque in y.
+    silent = bool(found.equations.joints) and not any(np.any(run.u) for run in problem.runs)
+    has_scale = any(_gives_scale(quantity) for quantity in found.equations.parameters)
+    excited, scaled = changes or (silent and has_scale), not silent or has_scale
+    over_motion = residual_over_motion(problem.runs, scores)
     return found.but(
-        outcome=with_cause(found.outcome, over_motion=_over_motion(problem.runs, scores), excited=excited),
+        outcome=with_cause(found.outcome, over_motion=over_motion, excited=excited, scaled=scaled),
         wall_s=time.perf_counter() - begun,
-        warnings=excitation_warnings(found.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
+        warnings=excitation_warnings(
+            found.equations,
+            theta,
+            [(run.t, fitted[run.file]) for run in problem.runs],
+            [id for id, status in found.statuses.items() if status == "identified"],
+        ),
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
         profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
     )
@@ -206,12 +217,10 @@ def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> Fit
     return options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
 
 
-def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:
-    """Return the RMS of the residual over that of the motion about its mean, the largest of the joints."""
-    fitted = {score.file: score for score in scores if score.use == "fit"}
-    residual = np.mean([fitted[run.file].rmse ** 2 for run in runs], axis=0)
-    motion = np.mean([np.var(run.y, axis=0) for run in runs], axis=0)
-    return float(np.sqrt(np.max(residual / np.maximum(motion, np.finfo(float).tiny))))
+def _gives_scale(quantity: Quantity) -> bool:
+    """Say whether what is stated of a parameter gives the torques of a free swing their scale."""
+    known = quantity.initial if quantity.fixed else 0.0 if quantity.prior is None else quantity.prior.mean
+    return known != 0.0 and any(part in quantity.unit for part in ("N", "kg"))
 
 
 class _Theta:

@@ -78,6 +78,8 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
         statuses=_statuses(equations, theta, dict(zip(free, np.sqrt(np.diag(covariance)), strict=True)), used),
         combinations=(),
         runs=scores,
+        # Those of the fit are on friction that the plain model does not have.
+        warnings=(),
         observer_gain=0.0,
         profiles={},
     )

@@ -54,6 +54,8 @@ def tell_comparison(step: Step) -> str | None:
     use = "validate" if any(use == "validate" for _, use in step.compared.figures) else "fit"
     figures = [both for (_, of), both in step.compared.figures.items() if of == use]
     prismatic = step.configuration.runs[0].prismatic
+    if not any(np.isfinite(one.torque_error).any() for both in figures for one in both.values()):
+        return None  # a free swing has no torque that an error is a share of
     torque, free = {}, {}
     for name in ("model", "baseline"):
         own = [both[name] for both in figures]
@@ -209,7 +211,7 @@ def tell_delay(step: Step) -> str | None:
 
 def _percentages(figures: list[Figures]) -> str:
     shares = column_rms([one.torque_error for one in figures])
-    return "/".join(plain(100 * share) for share in shares) + " %"
+    return "/".join(plain(100 * share) if np.isfinite(share) else "-" for share in shares) + " %"
 
 
 def _positions(figures: list[Figures], prismatic: tuple[bool, ...]) -> str:

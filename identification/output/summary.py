@@ -21,8 +21,16 @@ from haptid.identification.output.plain_comparison import (
     tell_over_noise,
 )
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT, UNCERTAIN, tell_status
+from haptid.identification.result.outcome import (
+    LONELY_NEAR_THE_DATA,
+    MODEL_DOES_NOT_FIT,
+    UNCERTAIN,
+    Outcome,
+    tell_status,
+)
 from haptid.identification.sequence.step import Step
+from haptid.identification.statistics.score import residual_over_motion
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain
 from haptid.support.tables import Table, Told
@@ -214,8 +222,28 @@ def tell_outcome(step: Step) -> str:
     """
     outcome = step.fit.outcome
     if outcome not in MODEL_DOES_NOT_FIT or not seems_held_by_mistake(step):
-        return outcome.value
+        return LONELY_NEAR_THE_DATA if outcome is Outcome.LONELY and follows_motion(step) else outcome.value
     return f"{outcome.value.partition(';')[0]}; first state {LINEAR_HOLD}"
+
+
+def follows_motion(step: Step) -> bool:
+    """Say whether a fit leaves so little of the motion that columns and units must be right.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    bool
+        False for a residual torque, which is no share of a motion.
+    """
+    files = {score.file for score in step.fit.runs if score.use == "fit"}
+    runs = [run for run in step.configuration.runs if run.use == "fit" and run.file in files]
+    if step.torque_scored or not runs:
+        return False
+    return residual_over_motion(runs, step.fit.runs) <= THRESHOLDS.largest_residual_near_the_data_over_motion
 
 
 def _whole(joint: Mapping[str, Any]) -> str:

@@ -35,7 +35,8 @@ class Outcome(Enum):
     )
     UNEXCITED = (
         "the torque never changes in the fitted runs, so that they do not tell how the joint answers to it: "
-        "look whether the torque was recorded, and in which column"
+        "look whether the torque was recorded, and in which column; of a joint that swings freely fix what is known, "
+        "as the weighed inertia, under [joint.J.parameters], which gives the rest its scale"
     )
     FIXED = "every parameter is fixed, so that nothing was fitted: the scores are those of the model as it is stated"
     UNSEEN = (
@@ -67,6 +68,11 @@ class Outcome(Enum):
         return self.name.lower()
 
 
+LONELY_NEAR_THE_DATA = (
+    "only one start reached the best minimum, and it lies above the sensor's noise, though it follows the motion; "
+    "raise --starts, then see what the model lacks: haptid missing (python -m discrepancy.run in a clone)"
+)
+"""Sentence of `Outcome.LONELY` where little of the motion is left, so that columns and units are right."""
 MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
 """Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
 TOLD_AS_UNCERTAIN = (*MODEL_DOES_NOT_FIT, Outcome.PLAIN, Outcome.OBSERVED)
@@ -149,8 +155,8 @@ def outcome_of_starts(reached: int, *, quiet: bool) -> Outcome:
     return Outcome.SINGLE_START if quiet else Outcome.LONELY
 
 
-def with_cause(outcome: Outcome, *, over_motion: float, excited: bool) -> Outcome:
-    """Replace an outcome above the noise by its plain cause, where there is one.
+def with_cause(outcome: Outcome, *, over_motion: float, excited: bool, scaled: bool = True) -> Outcome:
+    """Replace an outcome by its plain cause, where there is one.
 
     Parameters
     ----------
@@ -159,13 +165,19 @@ def with_cause(outcome: Outcome, *, over_motion: float, excited: bool) -> Outcom
     over_motion
         RMS of the residual over that of the motion about its mean, in the fitted runs.
     excited
-        Whether the torque changes in some fitted run.
+        Whether the torque changes in some fitted run, or gravity and springs alone move the joint, and a stated value
+        gives them their scale.
+    scaled
+        Whether a torque or a stated value gives the parameters their scale. Without it a residual at the noise tells
+        their ratios alone.
 
     Returns
     -------
     Outcome
-        ``outcome`` itself where the residual is at the noise or no plain cause is seen.
+        ``outcome`` itself where no plain cause is seen, as of a residual at the noise of parameters with a scale.
     """
+    if not scaled and outcome not in (Outcome.FIXED, Outcome.TOO_FEW_ROWS):
+        return Outcome.UNEXCITED
     # Without a changing torque a model cannot explain the motion: this cause comes before `UNEXPLAINED`.
     if outcome not in MODEL_DOES_NOT_FIT:
         return outcome

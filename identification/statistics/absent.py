@@ -123,7 +123,8 @@ def _spring(fit: Fit, stiffness: str, equilibrium: str) -> tuple[list[str], str]
 
 def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], str]:
     chosen = _open(fit, ids)
-    if not chosen:
+    stated = any(fit.values.get(id, 0.0) != 0.0 for id in ids if id not in fit.free)
+    if not chosen or stated:
         return [], ""
     places = [fit.free.index(id) for id in chosen]
     values = np.array([fit.values[id] for id in chosen])

@@ -2,12 +2,13 @@
 
 Each joint is judged on its simulated motion, with the presliding length of its friction law (LuGre: Fs/σ0): a row is in
 presliding where the joint is less than twice that length from its last reversal. A warning says that a joint has too
-few rows in presliding, too few in gross sliding, or never reaches the Stribeck velocity.
+few rows in presliding, too few in gross sliding, or never reaches the Stribeck velocity. Where the runs determine
+Coulomb and viscous friction all the same, a stiction or Stribeck velocity that ran away has made it look so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import law_named
 
 
-def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]) -> tuple[str, ...]:
+def excitation_warnings(
+    equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]], identified: Collection[str] = ()
+) -> tuple[str, ...]:
     """Warn of friction parameters that the simulated motions do not excite.
 
     Parameters
@@ -29,6 +32,8 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
         Parameters, shape (n_p,).
     motions
         Times t [s], shape (n_t,), and positions y [rad] or [m], shape (n_t, n_joints), by run.
+    identified
+        Ids of the parameters that the runs determine.
 
     Returns
     -------
@@ -47,12 +52,18 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
             name = f"joint {joint}: " if tail else ""
             speed = roles.stribeck_velocity
             unit = equations.parameter(f"{speed}{tail}").unit if speed else ""
-            found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions], unit)
+            known = [id for id in friction if f"{id}{tail}" in identified]
+            found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions], unit, known)
     return tuple(found)
 
 
 def _joint_warnings(
-    name: str, law: FrictionLaw, friction: dict[str, float], motions: list[tuple[Array, Array]], unit_of_speed: str
+    name: str,
+    law: FrictionLaw,
+    friction: dict[str, float],
+    motions: list[tuple[Array, Array]],
+    unit_of_speed: str,
+    identified: Collection[str],
 ) -> Iterator[str]:
     length = 2.0 * law.presliding_length(friction)
     inside = [presliding(y, length) for _, y in motions]
@@ -63,11 +74,13 @@ def _joint_warnings(
             f"{name}only {rows} rows in presliding: {_list_open_parameters(law.without_presliding)}; "
             "add a slow run of small amplitude or sample faster"
         )
-    if total - rows < THRESHOLDS.least_rows_of_friction_regime:
+    roles = law.roles
+    slides = roles.coulomb in identified and roles.viscous in identified
+    if total - rows < THRESHOLDS.least_rows_of_friction_regime and not slides:
         listed = _list_open_parameters(law.without_sliding)
         yield f"{name}the runs never leave presliding: {listed}; add a run of larger torque"
-    roles = law.roles
-    if roles.stribeck_velocity and fastest < friction[roles.stribeck_velocity]:
+    ran_away = slides and roles.stribeck_velocity not in identified
+    if roles.stribeck_velocity and fastest < friction[roles.stribeck_velocity] and not ran_away:
         yield (
             f"{name}never faster than {roles.stribeck_velocity} "
             f"({fastest:.2g} of {friction[roles.stribeck_velocity]:.2g} {unit_of_speed}): "

@@ -42,6 +42,8 @@ def felt_sizes(parametrisation: Parametrisation, runs: Sequence[Run]) -> Array:
     for tail, column in tails.items():
         torques, positions = ("u", "y") if joints else ("y", "u")
         torque = max(float(np.max(np.abs(getattr(run, torques)[:, column]))) for run in runs)
+        # The torque of a free swing, zero throughout, is no size that gravity or a spring could be a share of.
+        torque = torque or np.nan
         travel = max(float(np.ptp(getattr(run, positions)[:, column])) for run in runs)
         felt = {"gravity_cos": torque, "gravity_sin": torque, "Ks": torque / max(travel, 1e-300), "epos": travel}
         for id, size in felt.items():

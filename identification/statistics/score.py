@@ -7,6 +7,7 @@ A held-out part of a run is scored from an initial state that only the rows befo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Protocol
 
@@ -176,3 +177,24 @@ def score_of(run: Run, r: Array, x0: Array) -> RunScore:
         nrmse=float(np.max(rmse / np.maximum(np.ptp(run.y, axis=0), 1e-300))),
         x0=x0,
     )
+
+
+def residual_over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:
+    """Compute how much of the motion of fitted runs a fit leaves.
+
+    Parameters
+    ----------
+    runs
+        The fitted runs.
+    scores
+        Scores of all runs.
+
+    Returns
+    -------
+    float
+        RMS of the residual over that of the motion about its mean [1], the largest of the joints.
+    """
+    fitted = {score.file: score for score in scores if score.use == "fit"}
+    residual = np.mean([fitted[run.file].rmse ** 2 for run in runs], axis=0)
+    motion = np.mean([np.var(run.y, axis=0) for run in runs], axis=0)
+    return float(np.sqrt(np.max(residual / np.maximum(motion, np.finfo(float).tiny))))

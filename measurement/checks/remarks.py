@@ -5,8 +5,9 @@ Remarks are on likely slips and on circumstances that a fit has to respect; none
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             by_joint = [
                 table[run.file, joint] for table in (odd, correlated, controllers) if (run.file, joint) in table
             ]
-            doubts.append((*_stillness(run, full, column), *slips, *by_joint, *shared))
+            stated = campaign.parameter_overrides.get(joint, {})
+            doubts.append((*_stillness(run, full, column, stated), *slips, *by_joint, *shared))
             sentences.append((*_circumstances(run, column), *doubts[-1]))
         made.append(
             Remarks(
@@ -109,12 +111,20 @@ def _with_estimates(run: Run, full: Run) -> Run:
     return with_noise(run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan)))
 
 
-def _stillness(run: Run, full: Run, column: int) -> list[str]:
-    """Return whether the torque or the joint stands still."""
+def _stillness(run: Run, full: Run, column: int, stated: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return whether the torque or the joint stands still; ``stated`` has what is stated of the joint's parameters."""
     found = []
-    if np.ptp(run.u[:, column]) == 0:
-        found.append("the torque never changes: nothing excites the joint; was it recorded, in this column?")
-    if np.ptp(run.y[:, column]) < THRESHOLDS.least_travel_over_noise * float(full.sensor_std[column]):
+    still = np.ptp(run.y[:, column]) < THRESHOLDS.least_travel_over_noise * float(full.sensor_std[column])
+    if still or np.any(run.u[:, column]):
+        if np.ptp(run.u[:, column]) == 0:
+            found.append("the torque never changes: nothing excites the joint; was it recorded, in this column?")
+    elif not any(entry.get("fixed") or "prior" in entry for id, entry in stated.items() if id != "Kp"):
+        key = f"[joint.{run.free_joints[column]}.parameters]"
+        found.append(
+            "the torque is zero throughout: a free swing tells gravity, friction and damping over inertia, not their "
+            f"scale; fix a known one, as {key} inertia = {{ fixed = 0.05 }}; or is the torque in another column?"
+        )
+    if still:
         least = f"{THRESHOLDS.least_travel_over_noise:.0f}"
         found.append(f"the joint hardly moves: its travel is below {least} times the sensor noise")
     return found

@@ -246,7 +246,7 @@ def _how_to_name(
         if unknown:
             examples.append(f"--map '{unknown.pop(0)}={name}'")
         else:
-            added.append(name)
+            added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
     whole = _remedy(lacking, named, notes, examples, added)
     references = _likely_references(unknown)[:1] if "position" in lacking else []
     told = [f"--map '{column}={_choose_unit(goal.format(joint))[0]}'" for column, goal in references]

@@ -95,7 +95,7 @@ FITS = _group(
     (
         "lonely", "bad",
         "One start alone reached the best minimum, and more is left than the sensor's noise.",
-        "Check columns and units with haptid check, then raise --starts.",
+        "Raise --starts, then run haptid missing; where much of the motion is left, check columns and units first.",
     ),
     (
         "unexplained", "bad",
@@ -105,7 +105,7 @@ FITS = _group(
     (
         "unexcited", "bad",
         "The torque never changes in the fitted runs, so that they do not tell how the joint answers to it.",
-        "Look whether the torque was recorded, and in which column.",
+        "Look whether the torque was recorded, and in which column. Of a free swing fix a known inertia or gravity.",
     ),
     (
         "fixed", "plain",

@@ -82,14 +82,14 @@ def _cells(figures: Figures) -> tuple[str, ...]:
     return (
         _numbers(figures.free_rmse),
         _numbers(figures.torque_rmse),
-        _numbers(100.0 * figures.torque_error),
+        _numbers(100.0 * figures.torque_error, without="-"),
         *("" if rmse is None else _numbers(rmse) for rmse in horizons),
     )
 
 
-def _numbers(values: Array) -> str:
-    """Write a number a joint."""
-    return ", ".join(plain(float(x), 3) if np.isfinite(x) else "diverged" for x in values)
+def _numbers(values: Array, *, without: str = "diverged") -> str:
+    """Write a number a joint, and ``without`` where there is none."""
+    return ", ".join(plain(float(x), 3) if np.isfinite(x) else without for x in values)
 
 
 def _parameter_table(step: Step, baseline: Baseline, compared: Compared) -> Table:

@@ -229,6 +229,9 @@ def test_warns_of_runs_that_never_slide_or_never_stick():
     assert said.startswith("the runs never leave")
     assert "never leave presliding" in said
     assert "never faster than vs" in said
+    # A stiction that ran away makes all rows presliding, though friction in sliding is well known.
+    assert excitation_warnings(eq, theta, [(t, tiny)], ["Fc", "sigma2"]) == ()
+    assert "never leave presliding" in " ".join(excitation_warnings(eq, theta, [(t, tiny)], ["Fc"]))
     assert said.split("(")[-1].split(")")[0].endswith("rad/s")
     slide = joint_equations(0, prismatic=True)
     said = " ".join(excitation_warnings(slide, theta_of(slide), [(t, tiny)]))
