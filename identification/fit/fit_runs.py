@@ -218,8 +218,9 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
     if best.compared.plain_is_better and not settled and drive is None:
         made = plain_fit(test.simulator(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)
-    if best.fit.outcome is Outcome.UNEXCITED:  # without a scale of the torques, no size tells what is absent
-        return best
+    if best.fit.outcome is Outcome.UNEXCITED:
+        # Without a scale of the torques no size tells what is absent, and ends of ranges and regimes say nothing.
+        return replace(best, fit=best.fit.but(warnings=()))
     return replace(best, fit=with_absent_terms(best.fit, test.largest_torque))
 
 

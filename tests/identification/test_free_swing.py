@@ -78,6 +78,8 @@ def run_identify(folder: Path) -> tuple[Result, dict[str, object]]:
 def test_without_a_scale_a_free_swing_ends_as_unexcited(tmp_path: Path):
     result, found = run_identify(write(tmp_path / "swing"))
     assert found["outcome"] == "unexcited"
+    for said in ("end of its range", "never leave presliding", "more than all that acted"):
+        assert said not in result.output
     assert "identified" not in {one["status"] for one in found["parameters"].values()}
     assert "inertia = { fixed = 0.05 }" in result.stderr
     assert "swings freely" in result.stdout
