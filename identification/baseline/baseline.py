@@ -196,8 +196,10 @@ def fit_baseline(
         return Baseline(regressor=regressor, estimate=estimate, gain=factor, delay=delay)
 
     prompt = fit(None)
+    if not with_delay:
+        return prompt
     controlled = any(position_control(run, k) for run in fitted for k in range(len(run.free_joints)))
-    delay = estimate_delay(driven, columns, moving, controlled=controlled) if with_delay else None
+    delay = estimate_delay(driven, columns, moving, controlled=controlled)
     if delay is None:
         return prompt
     # Rows at rest took part in nothing so far; the figures of a run have them.

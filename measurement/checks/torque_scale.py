@@ -154,22 +154,20 @@ def _recorded(run: Run, drive: Drive, campaign: Campaign) -> Array | None:
 def _compare(runs: list[Run], drive: Drive, campaign: Campaign) -> Followed | None:
     """Compare the commands over all runs; the best of the delays and of the speeds that a firmware may use counts."""
     controller = drive.controller
+    recorded = [(run, column) for run in runs if (column := _recorded(run, drive, campaign)) is not None]
+    below = [np.abs(c) < (1.0 - THRESHOLDS.margin_of_saturation) * np.nanmax(np.abs(c)) for _, c in recorded]
     tried = []
-    for delay in range(THRESHOLDS.longest_controller_delay_rows + 1):
-        for smoothed in (False, True) if controller and controller.derivative_gain else (False,):
-            stated, recorded = [], []
-            for run in runs:
-                command, rows = _stated(run, drive, smoothed=smoothed)
-                column = _recorded(run, drive, campaign)
-                end = run.t.size - delay
-                if column is None or end < THRESHOLDS.least_differences_of_noise:
+    for smoothed in (False, True) if controller and controller.derivative_gain else (False,):
+        stated = [_stated(run, drive, smoothed=smoothed) for run, _ in recorded]
+        for delay in range(THRESHOLDS.longest_controller_delay_rows + 1):
+            pairs = []
+            for (command, rows), (_, column), inside in zip(stated, recorded, below, strict=True):
+                end = column.size - delay
+                if end < THRESHOLDS.least_differences_of_noise:
                     continue
-                follows = column[delay:]
-                below = np.abs(follows) < (1.0 - THRESHOLDS.margin_of_saturation) * np.nanmax(np.abs(column))
-                kept = rows[:end] & rows[delay:] & below & np.isfinite(follows)
-                stated.append(command[:end][kept])
-                recorded.append(follows[kept])
-            tried.append(_follow(stated, recorded))
+                kept = rows[:end] & rows[delay:] & inside[delay:] & np.isfinite(column[delay:])
+                pairs.append((command[:end][kept], column[delay:][kept]))
+            tried.append(_follow([s for s, _ in pairs], [r for _, r in pairs]))
     known = [one for one in tried if one is not None]
     return max(known, key=lambda one: one.correlation, default=None)
 
