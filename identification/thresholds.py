@@ -36,6 +36,9 @@ class Thresholds:
     # Encoder zeros: what each run's zero has to explain before readings are no longer taken for positions.
     encoder_zero_std_over_travel: float = 0.05
     """Standard deviation of the prior of a run's encoder zero over the travel of the joint [1]."""
+    largest_encoder_zero_in_std: float = 5.0
+    """Largest encoder zero over the standard deviation of its prior [1] that is taken for one: a quarter of the
+    travel."""
     largest_residual_with_zeros_over_without: float = 2.0 / 3.0
     """Largest RMS residual with encoder zeros over the one without [1] at which they are taken. Whatever else is
     missing differs a little from run to run too, and must not be taken for a zero."""

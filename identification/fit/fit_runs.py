@@ -29,6 +29,7 @@ from haptid.identification.baseline.driven import compare_driven
 from haptid.identification.fit.multistart import fit, from_optimum, with_agreement
 from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.plain_fit import plain_fit
+from haptid.identification.fit.plain_guess import friction_left_open
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
 from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros
@@ -127,7 +128,7 @@ class JointTest:
     def own(self) -> tuple[str, ...]:
         """Ids of the parameters whose range haptid chose: neither user nor device states it."""
         if self.device is not None:
-            return ()
+            return friction_left_open(self.device, self.runs[0].free_joints, self.posture, self.stated)
         return tuple(q.id for q in self.equations.parameters if q.id not in self.stated)
 
     def compare(self, values: Mapping[str, float], *, torque_scored: bool = False) -> Compared:

@@ -119,8 +119,8 @@ def wider_ranges(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> dict[st
         value = found.values[quantity.id]
         if edge and quantity.id in own and not _is_of_absent_spring(quantity.id, found):
             lower, upper = _widen_range(quantity, value)
-            if quantity.id in _stictions(found):
-                most = THRESHOLDS.largest_stiction_over_torque * _largest_torque(found, runs)
+            if (place := _stictions(found).get(quantity.id)) is not None:
+                most = THRESHOLDS.largest_stiction_over_torque * _largest_torque(found, runs, place)
                 upper = min(upper, max(most, quantity.upper))
             wider = possible_guess(quantity.id, value, lower, upper)
             if (wider["lower"], wider["upper"]) != (quantity.lower, quantity.upper):
@@ -128,18 +128,27 @@ def wider_ranges(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> dict[st
     return result
 
 
-def _stictions(found: Fit) -> list[str]:
-    """List the ids of stiction in the friction laws of the equations."""
-    return [law_named(law).roles.stiction for law in found.equations.friction]
+def _stictions(found: Fit) -> dict[str, int]:
+    """Return the place of the joint among the free ones by the id of its stiction."""
+    joints = found.equations.joints
+    tails = [f"_{joint}" if len(joints) > 1 else "" for joint in joints]
+    laws = zip(found.equations.friction, tails, strict=True)
+    return {f"{law_named(law).roles.stiction}{tail}": k for k, (law, tail) in enumerate(laws)}
 
 
-def _largest_torque(found: Fit, runs: Sequence[Run]) -> float:
-    """Return the most that command and gravity made together [N m]; infinite for a drive, whose command is none."""
+def _largest_torque(found: Fit, runs: Sequence[Run], place: int) -> float:
+    """Return the most that command and gravity made together at a joint [N m], infinite for a drive.
+
+    The command of a drive is no torque. The potential energy of a coupled joint has the gravity of all of them.
+    """
     if found.equations.drive is not None:
         return np.inf
-    commands = [float(np.abs(run.u).max()) for run in runs if run.use == "fit"]
-    gravity = sum(abs(found.values.get(id, 0.0)) for id in ("gravity_cos", "gravity_sin"))
-    return found.values.get("Kp", 1.0) * max(commands, default=np.inf) + gravity
+    commands = [float(np.abs(run.u[:, place]).max()) for run in runs if run.use == "fit"]
+    single = len(found.equations.joints) == 1
+    weights = [id for id in found.values if (id.startswith("gravity_") if single else id.startswith("V_"))]
+    gain = "Kp" if single else f"Kp_{found.equations.joints[place]}"
+    gravity = sum(abs(found.values[id]) for id in weights)
+    return found.values.get(gain, 1.0) * max(commands, default=np.inf) + gravity
 
 
 def _widen_range(quantity: Quantity, value: float) -> tuple[float, float]:
@@ -194,9 +203,9 @@ def _tell_open_ends(found: Fit, ids: Sequence[str]) -> Fit:
 
 def _tell_stiction_beyond_torque(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> Fit:
     """Say of stiction at the end of its range, beyond every torque of the runs, that they do not tell it."""
-    largest = _largest_torque(found, runs)
     statuses, said = dict(found.statuses), list(found.warnings)
-    for id in _stictions(found):
+    for id, place in _stictions(found).items():
+        largest = _largest_torque(found, runs, place)
         if id in own and statuses[id] == "at_bound" and found.values[id] > largest:
             unit = found.equations.parameter(id).unit
             statuses[id] = "unidentifiable"

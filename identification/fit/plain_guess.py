@@ -53,7 +53,7 @@ def guess_of_device(
         The same where all friction is stated, or the runs do not show the plain model.
     """
     joints = runs[0].free_joints if runs else ()
-    tails = [f"_{j}" if len(joints) > 1 else "" for j in joints]
+    tails = _tails(joints)
     open_ones = [_ids_at_defaults(equations, tail, k, stated) for k, tail in enumerate(tails)]
     if not any(open_ones) or not any(run.use == "fit" for run in runs):
         return equations
@@ -84,8 +84,39 @@ def states_no_friction(device: Device, joints: Sequence[int], posture: Sequence[
     bool
     """
     equations = configuration_equations(device, joints, posture or None)
-    tails = [f"_{j}" if len(joints) > 1 else "" for j in joints]
-    return all(_ids_at_defaults(equations, tail, k, ()) for k, tail in enumerate(tails))
+    return all(_ids_at_defaults(equations, tail, k, ()) for k, tail in enumerate(_tails(joints)))
+
+
+def friction_left_open(
+    device: Device, joints: Sequence[int], posture: Sequence[float], stated: Collection[str]
+) -> tuple[str, ...]:
+    """List the friction parameters whose range haptid chose, because neither device nor user states them.
+
+    Parameters
+    ----------
+    device
+        The device.
+    joints
+        Numbers of the free joints.
+    posture
+        Positions of the locked joints [rad], shape (n_q,); may be empty.
+    stated
+        Ids of the parameters that the user states.
+
+    Returns
+    -------
+    tuple of str
+        Ids as in the equations of the free joints, as ``sigma0_1``, or ``sigma0`` for a single joint.
+    """
+    equations = configuration_equations(device, joints, posture or None)
+    return tuple(
+        f"{id}{tail}" for k, tail in enumerate(_tails(joints)) for id in _ids_at_defaults(equations, tail, k, stated)
+    )
+
+
+def _tails(joints: Sequence[int]) -> list[str]:
+    """Return what ends the ids of the parameters of each free joint."""
+    return [f"_{j}" if len(joints) > 1 else "" for j in joints]
 
 
 def guess_along(

@@ -7,6 +7,8 @@ with an unknown start value beside position and velocity (`model.joint.encoder_z
 1. Fit again from the estimates, with the zeros. Their prior is N(0, w²), with w a share of the joint's travel.
 2. Take the zeros where they leave clearly less on the fitted runs: by a factor in the RMS, and by BIC with as many rows
    as the residual is long in correlation lengths, n·ln(S/S₀) + k·ln n < 0 with k zeros.
+3. Leave them where one lies far outside its prior: a constant torque of the run, which a weak spring turns into a zero
+   of any size, is no place of the encoder. Leave them, too, where they predict the runs that no fit saw worse.
 
 On a run that no fit saw the first rows give the zero, as they give the initial position: the rest is a prediction.
 """
@@ -65,12 +67,28 @@ def fit_with_zeros(
 
 
 def _earn_their_place(zeroed: Fit, found: Fit, fitted: Sequence[Run]) -> bool:
+    if not _are_places(zeroed) or _over_noise_unseen(zeroed) > _over_noise_unseen(found):
+        return False
     before, after = found.basins[0].over_noise, zeroed.basins[0].over_noise
     if not 0.0 < after <= THRESHOLDS.largest_residual_with_zeros_over_without * before:
         return False
     rows = sum(run.y.size for run in fitted) / max(zeroed.correlation_time, found.correlation_time, 1.0)
     zeros = len(zero_states(zeroed.equations)) * len(fitted)
     return 2.0 * rows * np.log(before / after) > zeros * np.log(max(rows, 2.0))
+
+
+def _are_places(zeroed: Fit) -> bool:
+    """Say whether every zero of a fitted run lies within reach of its prior N(0, w²)."""
+    states = list(zero_states(zeroed.equations))
+    width = np.array([zeroed.equations.states[k].start_std for k in states])
+    reach = THRESHOLDS.largest_encoder_zero_in_std * width
+    return all(bool(np.all(np.abs(x0[states]) <= reach)) for x0 in zeroed.x0.values())
+
+
+def _over_noise_unseen(fit: Fit) -> float:
+    """RMS residual over the noise on the runs that no fit saw; 0 where there are none."""
+    unseen = [score.over_noise**2 for score in fit.runs if score.use != "fit"]
+    return float(np.sqrt(np.mean(unseen))) if unseen else 0.0
 
 
 def encoder_zeros(fit: Fit) -> dict[str, Array]:

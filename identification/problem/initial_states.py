@@ -35,12 +35,16 @@ class Start:
         w, shape (n_δ,).
     prior
         Which δ have the prior N(0, 1), shape (n_δ,).
+    guess
+        δ from which a descent begins, shape (n_δ,): the slope of the first rows where a joint starts in motion. From
+        rest a joint would have to break loose against its friction first, and a descent ends where it does not.
     """
 
     base: Array
     states: tuple[int, ...]
     unit: Array
     prior: Array
+    guess: Array
 
     def at(self, delta: Array) -> Array:
         """Evaluate the initial state x₀ = base + w·δ.
@@ -108,17 +112,24 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
     base = np.array(initial_state(equations, run))
     if not n:
         nominal = np.array([state.nominal for state in equations.states])
-        return Start(base=base, states=tuple(range(base.size)), unit=nominal, prior=np.ones(base.size, dtype=bool))
-    states, unit, prior = list(range(n)), list(run.sensor_std), [False] * n
+        every = tuple(range(base.size))
+        return Start(
+            base=base, states=every, unit=nominal, prior=np.ones(base.size, dtype=bool), guess=np.zeros(base.size)
+        )
+    states, unit, prior, guess = list(range(n)), list(run.sensor_std), [False] * n, [0.0] * n
     slope, std = first_slopes(run)
     moving = np.abs(slope) > THRESHOLDS.least_initial_velocity_in_std * std
     if free_velocity or run.v is not None or bool(moving.any()):
         states += range(n, 2 * n)
         # The prior N(0, w²) is centred at rest without measured velocities: w must then cover the slope itself.
-        unit += list(np.maximum(3.0 * std, 0.3 * np.abs(base[n : 2 * n]) if run.v is not None else np.abs(slope)))
+        width = np.maximum(3.0 * std, 0.3 * np.abs(base[n : 2 * n]) if run.v is not None else np.abs(slope))
+        unit += list(width)
         prior += [True] * n
+        # A measured velocity is in the base already.
+        guess += list(np.where(moving & (run.v is None), slope / width, 0.0))
     differing = [k for k, state in enumerate(equations.states) if state.start_std > 0]
     states += differing
     unit += [equations.states[k].start_std for k in differing]
     prior += [True] * len(differing)
-    return Start(base=base, states=tuple(states), unit=np.array(unit), prior=np.array(prior))
+    guess += [0.0] * len(differing)
+    return Start(base=base, states=tuple(states), unit=np.array(unit), prior=np.array(prior), guess=np.array(guess))

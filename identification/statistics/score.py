@@ -79,7 +79,7 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     def whiten_at(*delta: float) -> tuple[Array, Array]:
         return _whiten(simulator, theta, run, start, np.array(delta), rows)
 
-    first = np.zeros(len(start.states))
+    first = start.guess
     if not np.isfinite(whiten_at(*first)[0]).all():
         return start.at(first)
     best = least_squares(

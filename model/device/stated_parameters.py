@@ -52,7 +52,7 @@ def possible_range(id: str) -> tuple[float, float]:
     Parameters
     ----------
     id
-        Id of the parameter.
+        Id of the parameter, with or without the number of its joint, as ``sigma0_1``.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def possible_range(id: str) -> tuple[float, float]:
         Default bounds widened by the factor `THRESHOLDS.largest_factor_beyond_range`, in the parameter's unit; the
         lower one of a positive parameter stays positive.
     """
-    row = ROWS[id]
+    row = ROWS[id] if id in ROWS else ROWS[id.rpartition("_")[0]]
     beyond = THRESHOLDS.largest_factor_beyond_range
     return row.lower / beyond if row.lower > 0 else row.lower * beyond, row.upper * beyond
 

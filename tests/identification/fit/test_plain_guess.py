@@ -9,12 +9,15 @@ import pandas as pd
 import pytest
 
 from haptid import Campaign
+from haptid.identification.fit.own_bounds import wider_ranges
+from haptid.identification.fit.plain_guess import friction_left_open
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.error_growth import growth
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.checks.preparation import prepare_campaign
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign as Values
+from haptid.model.equations.equations import Equations
 
 LENGTH, DISTAL, COUPLED, PROXIMAL = 0.3, 0.025, 0.04, 0.24
 """Length of the upper link [m]; inertias of the forearm, of its mass at the upper link's end, and of both [kg m²]."""
@@ -81,3 +84,40 @@ def test_what_the_user_states_stays(tmp_path: Path):
     stated = equations.parameter("Fc_1")
     assert (stated.initial, stated.lower, stated.upper) == (0.2, 0.1, 0.9)
     assert equations.parameter("Fc_0").initial == pytest.approx(COULOMB[0], rel=0.05)
+
+
+def test_ranges_of_friction_that_nobody_states_are_haptids_own(tmp_path: Path):
+    values = campaign(tmp_path, joints={1: {"parameters": {"sigma0": {"initial": 300.0}}}})
+    device = device_of(values)
+    own = friction_left_open(device, (0, 1), (), ("sigma0_1",))
+    assert {"sigma0_0", "Fs_0", "Fc_1", "vs_1"} <= set(own)
+    assert "sigma0_1" not in own
+    assert not any(id.startswith(("M", "V", "Kp")) for id in own)
+    assert friction_left_open(device, (1,), (0.0, 0.0), ()) == tuple(
+        id.removesuffix("_1") for id in friction_left_open(device, (0, 1), (), ()) if id.endswith("_1")
+    )
+
+
+class AtUpperEnd:
+    """What the widening of ranges reads of a fit whose estimates are the first guesses, with one at its upper end."""
+
+    def __init__(self, equations: Equations, id: str):
+        self.equations = equations
+        self.theta = np.array([q.upper if q.id == id else q.initial for q in equations.parameters])
+        self.values = {q.id: float(value) for q, value in zip(equations.parameters, self.theta, strict=True)}
+        self.statuses = dict.fromkeys(self.values, "identified")
+
+
+def test_range_of_a_coupled_joint_grows_and_stiction_ends_at_a_multiple_of_its_own_torque(tmp_path: Path):
+    values = campaign(tmp_path)
+    device = device_of(values)
+    equations, runs = equations_for(values, device, (0, 1)), values.runs
+    own = friction_left_open(device, (0, 1), (), ())
+    wider = wider_ranges(AtUpperEnd(equations, "sigma0_0"), own, runs)  # type: ignore[arg-type] # all it reads
+    assert wider["sigma0_0"]["upper"] == pytest.approx(100.0 * equations.parameter("sigma0_0").upper)
+    # The torque at the elbow is the smaller one.
+    equations = equations.with_parameters({"Fs_1": {"upper": 0.6}, "Fc_1": {"upper": 0.6}})
+    wider = wider_ranges(AtUpperEnd(equations, "Fs_1"), own, runs)  # type: ignore[arg-type] # all it reads
+    largest = [max(float(np.abs(run.u[:, k]).max()) for run in runs) for k in (0, 1)]
+    assert wider["Fs_1"]["upper"] == pytest.approx(3.0 * largest[1])
+    assert largest[1] < 0.6 * largest[0]

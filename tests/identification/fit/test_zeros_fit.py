@@ -83,6 +83,30 @@ def test_another_missing_effect_is_not_taken_for_a_zero() -> None:
     assert encoder_zeros(found) == {}
 
 
+def test_a_zero_far_outside_its_prior_is_a_constant_torque_of_the_run(fitted: Fitted) -> None:
+    plain, zeroed = below_and_above(fitted.fit)
+    (k,) = zero_states(zeroed.equations)
+    first, *others = zeroed.x0.items()
+    far = first[1].copy()
+    far[k] = 8.0 * zeroed.equations.states[k].start_std
+    assert fit_with_zeros(lambda *_: zeroed, plain, shifted(), OPTIONS) is not None
+    beyond = zeroed.but(x0=dict([(first[0], far), *others]))
+    assert fit_with_zeros(lambda *_: beyond, plain, shifted(), OPTIONS) is None
+
+
+def test_zeros_that_predict_the_unseen_run_worse_are_left(fitted: Fitted) -> None:
+    plain, zeroed = below_and_above(fitted.fit)
+    worse = [replace(score, over_noise=400.0) if score.use == "validate" else score for score in zeroed.runs]
+    assert fit_with_zeros(lambda *_: zeroed.but(runs=tuple(worse)), plain, shifted(), OPTIONS) is None
+
+
+def below_and_above(zeroed: Fit) -> tuple[Fit, Fit]:
+    """Return the same fit as one without zeros, forty times the noise, and as it is."""
+    basins = tuple(replace(basin, over_noise=40.0) for basin in zeroed.basins)
+    scores = tuple(replace(score, over_noise=40.0) for score in zeroed.runs)
+    return in_positions(zeroed).but(basins=basins, runs=scores), zeroed
+
+
 def test_one_run_or_a_joint_without_weight_and_spring_has_no_zero(fitted: Fitted) -> None:
     def never(equations: Equations, options: FitOptions) -> Fit:
         pytest.fail(f"{equations.name} was fitted with {options.starts} starts")
