@@ -33,6 +33,10 @@ class Thresholds:
     most_starts_beside_controller: int = 3
     """Largest number of starts of a fit through the recorded controller [1]."""
 
+    largest_lead_of_observer: float = 0.05
+    """Difference of the mean logarithms of the errors of torque and position [1] up to which a fit of the torque and
+    one through an observer count as equally good: 5 %."""
+
     # Encoder zeros: what each run's zero has to explain before readings are no longer taken for positions.
     encoder_zero_std_over_travel: float = 0.05
     """Standard deviation of the prior of a run's encoder zero over the travel of the joint [1]."""

@@ -9,7 +9,8 @@
    Where encoder zeros of each run leave clearly less, they are fitted too (`identification.fit.zeros_fit`).
 4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), behind the delay
    that the plain model found first (`identification.baseline.delay`), and keep the fit
-   with the better figures (`Figures.badness`) on the fitted runs.
+   with the better figures (`Figures.badness`) on the fitted runs. Where both are as good, the torque is told: the
+   observer drags a joint on that should stick, and leaves its friction open.
 5. Hold the fit against the plain model. Where that predicts the runs that no fit saw better, it is the result.
 6. Tell spring, gravity and stiction that the data do not need as absent (`identification.statistics.absent`).
 
@@ -266,8 +267,8 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
     scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
-    better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
-    return scored if better else best
+    lead = scored.compared.badness("model", "fit") - best.compared.badness("model", "fit")
+    return best if lead > THRESHOLDS.largest_lead_of_observer else scored
 
 
 def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:

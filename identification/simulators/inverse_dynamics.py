@@ -171,11 +171,14 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0) -> Run:
     Run
         On an even grid without the rows at either end that the filter has no full surroundings for: ``u`` is the
         filtered position [rad], ``y`` the torque [N m] after two passes of the filter, ``extra`` holds filtered speed
-        and acceleration. The noise is that of the raw torque's neighbouring rows after the two passes.
+        and acceleration. The noise is that of the raw torque's neighbouring rows and of the step of its numbers, after
+        the two passes.
     """
     m = filter_run(run, width).with_delay(delay)
     rows = slice(m.edge, m.t.size - m.edge)
-    noise = estimate_noise(run.t, run.u[:, 0], estimate_resolution(run.u[:, 0]))
+    resolution = estimate_resolution(run.u[:, 0])
+    # Most of a torque that rests is one number: its neighbouring rows show nothing, and the step alone tells its error.
+    noise = float(np.hypot(estimate_noise(run.t, run.u[:, 0], resolution), resolution / np.sqrt(12.0)))
     return run.but(
         t=m.t[rows] - m.t[m.edge],
         u=m.q[rows],
@@ -209,10 +212,13 @@ def torque_runs(runs: Sequence[Run], delay: float = 0.0) -> tuple[Run, ...]:
     Returns
     -------
     tuple of Run
-        `torque_run` of each, with the `common_width` of all.
+        `torque_run` of each, with the `common_width` of all. One sensor recorded them: no run has less noise than the
+        median of all runs. A run at rest for most of its time would weigh as much as its torque is quiet there.
     """
     width = common_width(runs)
-    return tuple(torque_run(run, width, delay) for run in runs)
+    turned = [torque_run(run, width, delay) for run in runs]
+    usual = np.median([run.noise for run in turned], axis=0) if turned else 0.0
+    return tuple(run.but(noise=np.maximum(run.noise, usual)) for run in turned)
 
 
 @dataclass(frozen=True, slots=True)

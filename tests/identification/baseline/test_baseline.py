@@ -185,6 +185,11 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     assert fixed[2] == "-"
     assert "inertia " not in text_of(tell_summary([step, step], {}))
     assert tell_result(step).startswith("The plain model is the result")
+    drive = object()  # any drive: its torque is that of the fit, so that the plain model cannot take its place
+    driven = made.fit.but(outcome=Outcome.ABOVE_NOISE, equations=replace(made.fit.equations, drive=drive))  # type: ignore[arg-type]
+    told = tell_result(replace(step, fit=driven))
+    assert "cannot replace it" in told
+    assert "sensor's noise" not in told
     prediction = predict_unseen(made.compared)
     for name, figures in unseen.items():
         error = prediction.position - prediction.simulated[name]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_equations, torque_run
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_equations, torque_run, torque_runs
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
@@ -48,3 +48,34 @@ def test_late_torque_is_read_where_it_arrives(key: str, id: str, value: float):
     assert left < 0.15 * missed(without, truth)
     assert left < missed(simulator, truth | {id: 0.7 * value})
     assert left < missed(simulator, truth | {id: 1.3 * value})
+
+
+def commanded(file: str, torque: np.ndarray, seed: int) -> Run:
+    """Return a run whose torque was recorded with that noise, along a motion of no matter."""
+    rng = np.random.default_rng(seed)
+    position = 0.4 * np.sin(3.0 * T) + 1e-5 * rng.standard_normal(T.size)
+    return Run(
+        file=file, free_joints=(0,), t=T, u=torque[:, None], y=position[:, None],
+        noise=np.array([1e-5]), resolution=np.zeros(1), posture=np.zeros(0), use="fit",
+    )  # fmt: skip
+
+
+def test_a_torque_that_rests_for_most_of_its_time_has_the_noise_of_the_other_runs():
+    noise, rng = 0.05, np.random.default_rng(3)
+    # Steps of a position controller: no command at rest, a short push at each step.
+    pushes = np.where(np.mod(T, 2.0) < 0.2, 2.0 * np.cos(8.0 * T), 0.0)
+    runs = [commanded("steps", pushes, 1)] + [
+        commanded(f"sweep_{k}", 2.0 * np.sin((4.0 + k) * T) + noise * rng.standard_normal(T.size), k) for k in (2, 3)
+    ]
+    alone = [float(torque_run(run).noise[0]) for run in runs]
+    assert alone[0] < 1e-4 * alone[1]
+    steps, *sweeps = (float(run.noise[0]) for run in torque_runs(runs))
+    assert steps == pytest.approx(min(sweeps), rel=0.05)
+
+
+def test_a_torque_in_coarse_steps_has_at_least_the_error_of_its_step():
+    step = 0.3
+    torque = step * np.round(30.0 * np.where(np.mod(T, 2.0) < 0.4, np.cos(8.0 * T), 0.0) / step)
+    turned = torque_run(commanded("rated", torque, 1))
+    gain = float(torque_run(commanded("unit", np.random.default_rng(2).standard_normal(T.size), 1)).noise[0])
+    assert float(turned.noise[0]) == pytest.approx(gain * step / np.sqrt(12.0), rel=0.1)
