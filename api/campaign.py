@@ -301,7 +301,7 @@ class Campaign:
             an ``identification.json`` there holds. None for a temporary one.
         quick
             Whether the climbs that choose the noise model and the chains are short: a joint takes about a minute. The
-            results say so; where many or fast rows make each step dear, chains have fewer steps.
+            results say so; where many or fast rows make each step dear, ensembles and steps are fewer.
         sensitivity
             Whether mean and standard deviation are also computed with all priors half and twice as wide.
         kind

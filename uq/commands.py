@@ -55,7 +55,7 @@ def posterior(**settings: Any) -> Any:
     haptid identify left below --out, and makes its own where there are none. A joint takes minutes, and more
     where its model leaves much more than the noise: the progress says how long is left, the chains end after 5000 steps
     at most. --quick ends after about a minute a joint: it bounds what the chains simulate, and says so where many or
-    fast rows leave fewer steps. Of a calibrated FMU, CAMPAIGN is the folder of the results.
+    fast rows leave fewer ensembles and steps. Of a calibrated FMU, CAMPAIGN is the folder of the results.
 
     Units: rad, N m, kg m² (m, N, kg for a joint that slides), s.
     """

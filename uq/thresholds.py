@@ -61,8 +61,8 @@ class Thresholds:
     """Inner steps that all walkers of short chains simulate together [1]: about half a minute on one core."""
     least_share_of_short_chains: float = 1 / 3
     """Smallest share of the steps of short chains to which that bound may shorten them [1]."""
-    stored_draws_of_short_chain: int = 100
-    """Draws of each short chain in the files [1], every cycle of which is scored given all others of its run."""
+    stored_draws_of_short_chains: int = 400
+    """Draws of short chains in the files [1], at each of which every cycle is scored given all others of its run."""
     least_rhat_of_disagreement: float = 1.01
     """R̂ [1] from which ensembles disagree, so that the posterior is not sound."""
 

@@ -63,7 +63,7 @@ class InferOptions:
         Whether mean and standard deviation are also computed with all priors half and twice as wide.
     short
         Whether the effort is bounded: short climbs choose the noise model, at one inner step, and chains whose steps
-        simulate much have fewer of them (`shorten`).
+        simulate much have fewer of them, in fewer ensembles (`shorten`).
     """
 
     sampling: SamplingOptions = field(default_factory=SamplingOptions)
@@ -212,8 +212,9 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     tell("diagnostics", 0.0, "")
     rng = np.random.default_rng([seed, 11])
     density = mode.density
-    stored = min(options.stored, THRESHOLDS.stored_draws_of_short_chain) if options.short else options.stored
-    draws = _thin(chains_of(drawn), stored)
+    chains = chains_of(drawn)
+    most = THRESHOLDS.stored_draws_of_short_chains // len(chains) if options.short else options.stored
+    draws = _thin(chains, min(options.stored, most))
     cycles, per_run = _log_densities(density, draws)
     few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]  # of all chains together
     every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))

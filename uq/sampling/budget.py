@@ -1,4 +1,4 @@
-"""Bound of what short chains simulate: `SamplingOptions` and the cost of a density in, fewer steps out."""
+"""Bound of what short chains simulate: `SamplingOptions` and a density's cost in, fewer ensembles and steps out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from haptid.uq.thresholds import THRESHOLDS
 
 
 def shorten(options: SamplingOptions, inner_steps: int, dimension: int) -> SamplingOptions:
-    """Take fewer steps where each of them simulates much.
+    """Take fewer ensembles and steps where each of them simulates much.
 
     Parameters
     ----------
@@ -23,23 +23,27 @@ def shorten(options: SamplingOptions, inner_steps: int, dimension: int) -> Sampl
     Returns
     -------
     SamplingOptions
-        Chunk, burn-in and longest chain by one factor shorter, so that all walkers together simulate about
-        `THRESHOLDS.most_inner_steps_of_short_chains`, but no shorter than `THRESHOLDS.least_share_of_short_chains`;
-        ``options`` where they simulate less.
+        ``options`` where all walkers together simulate at most `THRESHOLDS.most_inner_steps_of_short_chains`; else half
+        of the ensembles, and where these simulate more, too, chunk, burn-in and longest chain by one factor shorter,
+        but no shorter than `THRESHOLDS.least_share_of_short_chains`.
 
     Notes
     -----
-    The number of steps follows from rows, inner step and walkers, not from a clock: the same seed gives the same draws
-    on every machine.
+    Ensembles are given up first, because steps are what chains of long autocorrelation lack; the two that remain still
+    tell whether they agree. The number of steps follows from rows, inner step and walkers, not from a clock: the same
+    seed gives the same draws on every machine.
     """
-    walkers = options.ensembles * (options.walkers or walkers_of(dimension))
-    expected = (options.burn + options.longest) * walkers * inner_steps
-    share = max(THRESHOLDS.most_inner_steps_of_short_chains / expected, THRESHOLDS.least_share_of_short_chains)
-    if share >= 1.0:
+    walkers = options.walkers or walkers_of(dimension)
+    simulated = (options.burn + options.longest) * walkers * inner_steps
+    most = THRESHOLDS.most_inner_steps_of_short_chains
+    if options.ensembles * simulated <= most:
         return options
+    ensembles = options.ensembles // 2
+    share = min(1.0, max(most / (ensembles * simulated), THRESHOLDS.least_share_of_short_chains))
     chunks = options.longest // options.chunk
     chunk = round(share * options.chunk)
-    return replace(options, chunk=chunk, burn=round(share * options.burn), longest=chunks * chunk)
+    burn = round(share * options.burn)
+    return replace(options, ensembles=ensembles, chunk=chunk, burn=burn, longest=chunks * chunk)
 
 
 def tell_shortened(usual: SamplingOptions, taken: SamplingOptions, inner_steps: int) -> str:
@@ -60,6 +64,7 @@ def tell_shortened(usual: SamplingOptions, taken: SamplingOptions, inner_steps: 
     if taken == usual:
         return ""
     return (
-        f"chains of {taken.longest} steps after {taken.burn} of burn-in, in place of {usual.longest} and {usual.burn}: "
-        f"each density takes {inner_steps} inner steps of simulation, and --quick bounds their number"
+        f"{taken.ensembles} ensembles of {taken.longest} steps after {taken.burn} of burn-in, in place of "
+        f"{usual.ensembles} of {usual.longest} after {usual.burn}: each density takes {inner_steps} inner steps of "
+        "simulation, and --quick bounds their number"
     )

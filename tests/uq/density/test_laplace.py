@@ -198,9 +198,7 @@ def test_a_short_inference_chooses_the_noise_model_at_one_inner_step(equations, 
     assert found.chosen.model.scatter == "reading"
     assert found.mode.density.forward.step == THRESHOLDS.inner_steps_s[-1]
     assert len(asked) == 1
-    assert found.shortened.startswith(
-        "chains of 4 steps after 4 of burn-in, in place of 120 and 60: each density takes"
-    )
+    assert found.shortened.startswith("4 ensembles of 4 steps after 4 of burn-in, in place of 4 of 120 after 60: each")
     assert found.shortened in str(tell_posterior(found))
 
 
