@@ -29,6 +29,7 @@ from haptid.uq.density.solver_step import distinct_steps, longest_step
 from haptid.uq.prediction.choice import Problem, Scored, best, compare, refine, unseen_terms
 from haptid.uq.prediction.next_run import next_run
 from haptid.uq.prediction.predict import predict
+from haptid.uq.prediction.stored_choice import digest_of_choice, read_choice, write_choice
 from haptid.uq.result.arviz_door import leave_one_out
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import chains_of, summarise
@@ -98,6 +99,17 @@ def _choose(
     return _Chosen(problem=problem, scored=scored, one=best(scored))
 
 
+def _with_kernel(problem: Problem, share: float, step: float | None) -> Problem:
+    """Return a problem that the compiled kernel simulates with an inner step [s]; ``problem`` itself where None."""
+    if step is None:
+        return problem
+    forward = KernelForward(
+        equations=problem.simulator.equations, step=step,
+        correction=share * THRESHOLDS.inner_step_of_correction_s,
+    )  # fmt: skip
+    return replace(problem, simulator=forward.simulator(), forward=forward)
+
+
 def _with_longest_step(
     problem: Problem, theta: Array, options: InferOptions, share: float, tell: Callable[[str], None]
 ) -> _Chosen:
@@ -106,14 +118,7 @@ def _with_longest_step(
     The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
     A short inference chooses at that step alone, and shortens the step under the chosen model.
     """
-
-    def with_step(step: float) -> Problem:
-        forward = KernelForward(
-            equations=problem.simulator.equations, step=step,
-            correction=share * THRESHOLDS.inner_step_of_correction_s,
-        )  # fmt: skip
-        return replace(problem, simulator=forward.simulator(), forward=forward)
-
+    with_step = partial(_with_kernel, problem, share)
     every = distinct_steps([share * step for step in THRESHOLDS.inner_steps_s], (*problem.fitted, *problem.unseen))
     white, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode, every)
     coarse: list[_Chosen] = []
@@ -165,7 +170,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     workers
         Processes of the sampler; this process where None.
     folder
-        Folder in which chains are kept, so that a killed command can continue.
+        Folder in which the choice of the noise model and chains are kept, so that a killed command can continue.
     tell
         Told the name of the step, the share of it that is done, and figures.
     forward
@@ -200,10 +205,17 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         noise_width=noise_prior_width(stated=options.noise_given),
         climb=SHORT if options.short else THOROUGH,
     )
-    if forward:
+    told = (options.sampling.seed, options.model, share_of_steps)
+    digest = digest_of_choice(problem, theta, told)
+    kept = None if folder is None else read_choice(folder, digest, partial(_with_kernel, problem, share_of_steps))
+    if kept is not None:
+        chosen = _Chosen(problem=kept[0], scored=kept[1], one=kept[2])
+    elif forward:
         chosen = _choose(problem, theta, options, tell_candidate)
     else:
         chosen = _with_longest_step(problem, theta, options, share_of_steps, tell_candidate)
+    if folder is not None and kept is None:
+        write_choice(folder, digest, chosen.problem, chosen.scored, chosen.one)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
     cost = sum(mode.density.forward.inner_steps(terms.run) for terms in mode.density.terms)
     sampling = shorten(options.sampling, cost, mode.eta.size) if options.short else options.sampling
