@@ -7,9 +7,10 @@ from scipy.stats import multivariate_normal
 from haptid.noise.gram import correlated_gram, dense_columns, weigh_white, white_products
 from haptid.noise.marginal import coefficients, eliminate
 from haptid.noise.noise_model import NoiseModel
-from haptid.noise.terms import column_scales
+from haptid.noise.terms import column_scales, prepare, scatter_columns
 from haptid.noise.whitening import gram, whiten
 from haptid.uq.density.equilibrium import equilibrium
+from haptid.uq.density.forward import kernel_of
 from haptid.uq.density.likelihood import cycle_scores, log_likelihood
 from tests.uq.uq_cases import make_density, truth_eta
 
@@ -102,6 +103,20 @@ def test_whitening_is_the_cholesky_solution_on_uneven_times():
     np.testing.assert_allclose(white, np.linalg.solve(np.linalg.cholesky(S), v.T).T, rtol=1e-10, atol=1e-12)
     assert logdet == pytest.approx(np.linalg.slogdet(S)[1], rel=1e-12)
     np.testing.assert_allclose(gram(white), white @ white.T, rtol=1e-12)
+
+
+@pytest.mark.parametrize("hold", ["zero", "linear"])
+def test_columns_of_a_torque_resumed_at_their_cycle_are_those_of_whole_simulations(equations, runs, hold):
+    class Whole:
+        """The kernel without its way to go on from a state."""
+
+        simulate = staticmethod(kernel_of(equations).simulate)
+
+    terms = prepare(equations, runs[0].but(hold=hold))
+    theta, model = np.array([q.initial for q in equations.parameters]), NoiseModel(scatter="torque")
+    made, whole = (scatter_columns(terms, simulator, theta, model).fixed for simulator in (kernel_of(equations), Whole))
+    assert len(made) > 3
+    np.testing.assert_array_equal(made, whole)
 
 
 def test_columns_of_a_cycle_are_whitened_as_their_rows_alone_would_be():
