@@ -418,7 +418,7 @@ def sample_values(  # noqa: PLR0913 # one argument a choice
     """
     device = device_of(values)
     sampling = replace(QUICK if quick else SamplingOptions(), seed=seed)
-    options = InferOptions(sampling=sampling, noise_given=values.noise_given, sensitivity=sensitivity)
+    options = InferOptions(sampling=sampling, noise_given=values.noise_given, sensitivity=sensitivity, short=quick)
     job = Job(campaign=values, device=device, out=place.path, options=options, kind=kind)
     configurations = job.configurations(joints)
     done: list[Sampled] = []

@@ -16,10 +16,8 @@ from haptid.noise.whitening import gram as inner
 from haptid.noise.whitening import whiten
 
 
-def white_gram(
-    terms: Terms, model: NoiseModel, residual: Array, motion: Array, noise: Array, keep: NDArray[np.bool_]
-) -> tuple[Array, Array]:
-    """Build the Gram matrix G under white noise from sums over cycles.
+def white_products(terms: Terms, model: NoiseModel, residual: Array, motion: Array, keep: NDArray[np.bool_]) -> Array:
+    """Build the inner products of [residual, random columns] from sums over cycles.
 
     A cycle's scatter column is ``motion`` on the rows of the cycle and 0 elsewhere.
 
@@ -31,17 +29,13 @@ def white_gram(
         Random parts of the data.
     residual, motion
         Measured minus simulated, and simulated minus equilibrium [rad], shape (n_sets, n_t) each.
-    noise
-        Standard deviation [rad], shape (n_sets,).
     keep
         Rows that count, shape (n_t,).
 
     Returns
     -------
-    gram
-        Shape (n_sets, 1 + k, 1 + k), the columns in the order of `column_scales`.
-    logdet
-        log det of the noise covariance, shape (n_sets,).
+    ndarray, shape (n_sets, 1 + k, 1 + k)
+        The columns in the order of `column_scales`; in squares of the readings' unit where no column has another.
     """
     fixed = terms.fixed * keep
     n_fixed, sets = fixed.shape[0], residual.shape[0]
@@ -56,7 +50,29 @@ def white_gram(
         _add_motion(gram, terms, motion * keep, r, fixed, with_run=model.runs)
     lower = np.tril_indices(gram.shape[-1], -1)  # only the upper triangle is filled so far
     gram[:, lower[0], lower[1]] = gram[:, lower[1], lower[0]]
-    return gram / noise[:, None, None] ** 2, 2 * np.log(noise) * int(keep.sum())
+    return gram
+
+
+def weigh_white(products: Array, noise: Array, keep: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Weigh inner products by white noise.
+
+    Parameters
+    ----------
+    products
+        As `white_products` returns them.
+    noise
+        Standard deviation [rad], shape (n_sets,).
+    keep
+        Rows that count, shape (n_t,).
+
+    Returns
+    -------
+    gram
+        Gram matrix G under the inverse noise covariance, shape (n_sets, 1 + k, 1 + k).
+    logdet
+        log det of the noise covariance, shape (n_sets,).
+    """
+    return products / noise[:, None, None] ** 2, 2 * np.log(noise) * int(keep.sum())
 
 
 def _add_motion(gram: Array, terms: Terms, m: Array, r: Array, fixed: Array, *, with_run: bool) -> None:
@@ -99,7 +115,10 @@ def dense_columns(terms: Terms, model: NoiseModel, residual: Array, motion: Arra
     """
     columns = [residual, *terms.fixed]
     if model.scatter == "reading":
-        columns += [motion * (terms.cycle == c) for c in range(terms.cycles)]
+        moving = np.zeros((terms.cycles, motion.size))
+        for column, rows in zip(moving, terms.slices, strict=True):
+            column[rows] = motion[rows]
+        columns += [*moving]
         columns += [motion] if model.runs else []
     return np.array(columns)
 
@@ -117,8 +136,10 @@ def correlated_gram(
 
     Parameters
     ----------
-    terms, model, residual, motion, noise, keep
-        As in `white_gram`.
+    terms, model, residual, motion, keep
+        As in `white_products`.
+    noise
+        Standard deviation of the white part [rad], shape (n_sets,).
     error
         Standard deviation [rad] and correlation time [s] of the model error, shape (n_sets,) each.
 

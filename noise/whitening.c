@@ -32,14 +32,24 @@ double uq_whiten(long columns, long n, const double *t, const signed char *keep,
     return logdet;
 }
 
-/* gram[columns][columns] = v v' for v[columns][n], both triangles. The order of summation is fixed: same input, same bits. */
+/* Row of the first number that is not 0, n where there is none: the column of a cycle is 0 before the cycle. */
+static long first_row(const double *v, long n) {
+    long k = 0;
+    while (k < n && v[k] == 0.0) k++;
+    return k;
+}
+
+/* gram[columns][columns] = v v' for v[columns][n], both triangles. The order of summation is fixed: same input, same bits.
+ * Rows before both columns have begun add 0, and are left out by whole groups of eight, so that the order stays. */
 __attribute__((visibility("default")))
 void uq_gram(long columns, long n, const double *v, double *gram) {
+    long first[columns];
+    for (long i = 0; i < columns; i++) first[i] = first_row(v + i * n, n);
     for (long i = 0; i < columns; i++)
         for (long j = 0; j <= i; j++) {
             double s[8] = {0, 0, 0, 0, 0, 0, 0, 0};
             const double *a = v + i * n, *b = v + j * n;
-            long k = 0;
+            long k = (first[i] > first[j] ? first[i] : first[j]) / 8 * 8;
             for (; k + 8 <= n; k += 8)
                 for (int l = 0; l < 8; l++) s[l] += a[k + l] * b[k + l];
             for (; k < n; k++) s[0] += a[k] * b[k];

@@ -31,6 +31,8 @@ class Thresholds:
     # Mode: when the climb ends, and how wide the normal approximation may be.
     largest_last_change_of_log_posterior: float = 0.05
     """Change of the log posterior [1] below which the climb has converged."""
+    largest_last_change_of_short_climb: float = 0.5
+    """The same of a short sampling [1]: a sixth of the gain that decides between noise models."""
     largest_std_of_log_noise: float = 3.0
     """Largest standard deviation of a noise parameter's logarithm in the normal approximation [1]."""
 
@@ -39,6 +41,9 @@ class Thresholds:
     """Noise factor [1] from which the residual counts as larger than the sensor noise."""
     draws_of_held_out_score: int = 64
     """Draws of the normal approximation over which a held-out density is averaged [1]."""
+    least_shortfall_of_hopeless_model: float = 100.0
+    """Log posterior below that of the best noise model so far [1] from which a short climb that will not catch up ends:
+    far more than the few parameters by which noise models differ are worth."""
     least_gain_of_held_out_score: float = 3.0
     """Gain in held-out log predictive density [1] below which the simpler model is kept: strong evidence in the words
     of Kass and Raftery (1995), because the best of six alternatives gains one or two by chance."""
@@ -52,6 +57,12 @@ class Thresholds:
     """Lag over τ(M) [1] from which the sum of autocorrelations is cut off (Sokal's window)."""
     least_distance_of_modes_in_std: float = 6.0
     """Scaled Mahalanobis distance of two ensembles' means [standard deviations] from which they count as two modes."""
+    most_inner_steps_of_short_chains: float = 5e8
+    """Inner steps that all walkers of short chains simulate together [1]: about half a minute on one core."""
+    least_share_of_short_chains: float = 1 / 3
+    """Smallest share of the steps of short chains to which that bound may shorten them [1]."""
+    stored_draws_of_short_chains: int = 400
+    """Draws of short chains in the files [1], at each of which every cycle is scored given all others of its run."""
     least_rhat_of_disagreement: float = 1.01
     """R̂ [1] from which ensembles disagree, so that the posterior is not sound."""
 

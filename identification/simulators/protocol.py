@@ -87,6 +87,33 @@ class Stepped(Protocol):
         """
 
 
+@runtime_checkable
+class Resumable(Protocol):
+    """Simulator that can simulate some rows of a run from a state at the first of them."""
+
+    def onward(self, theta: Array, run: Run, rows: slice, x: Array) -> tuple[Array, Array]:
+        """Simulate some rows of a run, freely.
+
+        Parameters
+        ----------
+        theta
+            Parameters, shape (n_p,).
+        run
+            Run whose torques drive the simulation.
+        rows
+            Consecutive rows that are simulated.
+        x
+            State at the first of these rows, shape (n_x,).
+
+        Returns
+        -------
+        y : ndarray, shape (n_rows, n_y)
+            Outputs [rad] before any average over rows, bit by bit those of a simulation of the whole run.
+        last : ndarray, shape (n_x,)
+            State at the last row.
+        """
+
+
 def at_step(simulator: Simulator, step: float) -> Simulator:
     """Set the inner step of a simulator that has one.
 

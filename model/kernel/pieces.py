@@ -11,6 +11,24 @@ from numpy.typing import NDArray
 from haptid.model.thresholds import THRESHOLDS
 
 
+def inner_steps(t: NDArray[np.float64], step: float) -> NDArray[np.int64]:
+    """Count the equal inner steps into which the kernel divides each interval between rows.
+
+    Parameters
+    ----------
+    t
+        Times of the rows [s], shape (n_t,).
+    step
+        Longest inner step [s].
+
+    Returns
+    -------
+    ndarray of int, shape (n_t - 1,)
+        As ``advance`` of ``stepper.h`` counts them: an interval longer than ``step`` by rounding alone is not divided.
+    """
+    return np.asarray(np.diff(t) / step - 1e-6).astype(np.int64) + 1
+
+
 def pieces(t: NDArray[np.float64], step: float, most: int = THRESHOLDS.most_inner_steps_of_call) -> list[slice]:
     """Cut rows into pieces of at most ``most`` inner steps; the last row of a piece is the first one of the next.
 

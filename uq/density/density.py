@@ -15,7 +15,7 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.noise.terms import Terms, linearise, scatter_columns
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.forward import Forward
-from haptid.uq.density.likelihood import log_likelihood
+from haptid.uq.density.likelihood import Misfit, log_likelihood
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,6 +100,28 @@ class Density:
             for terms, y in zip(self.terms, positions, strict=True)
         ]
         return np.stack(columns, axis=1)
+
+    def misfits(self, eta: Array) -> tuple[Misfit, ...]:
+        """Simulate every fitted run at one point, for densities that differ in the noise parameters alone.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n,).
+
+        Returns
+        -------
+        tuple of Misfit
+            One a run; empty where a simulation diverged.
+        """
+        thetas = self.coordinates.thetas(eta[None])
+        simulated = [self.simulate(eta[None], terms) for terms in self.terms]
+        if not all(np.isfinite(y).all() for y in simulated):
+            return ()
+        return tuple(
+            Misfit.of(terms, self.model, self.equations, thetas, y)
+            for terms, y in zip(self.terms, simulated, strict=True)
+        )
 
     def __call__(self, eta: Array) -> Array:
         """Return the log posterior density of η up to a constant.

@@ -16,6 +16,7 @@ from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
+from haptid.model.kernel.pieces import inner_steps
 from haptid.uq.thresholds import THRESHOLDS
 
 
@@ -38,6 +39,20 @@ class Forward(Protocol):
         -------
         ndarray, shape (n_sets, n_t)
             Positions [rad], NaN where a simulation diverged.
+        """
+
+    def inner_steps(self, run: Run) -> int:
+        """Count the inner steps of a simulation, the measure of its cost.
+
+        Parameters
+        ----------
+        run
+            The run.
+
+        Returns
+        -------
+        int
+            One an interval between rows, where the inner step is not known.
         """
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
@@ -106,6 +121,10 @@ class KernelForward:
         """See `Forward`."""
         return self._with_step(thetas, run, x0, self.step)
 
+    def inner_steps(self, run: Run) -> int:
+        """See `Forward`."""
+        return int(inner_steps(run.t, self.step).sum())
+
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
         """See `Forward`; 0 where ``step`` is at most ``correction``."""
         if self.step <= self.correction:
@@ -131,6 +150,10 @@ class OwnStep:
     """Half of a `Forward` whose inner step cannot be chosen."""
 
     __slots__ = ()
+
+    def inner_steps(self, run: Run) -> int:
+        """See `Forward`."""
+        return run.t.size - 1
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
         """See `Forward`; zeros, because the inner step is taken as it is."""

@@ -7,8 +7,7 @@ Each round of the climb to the mode
 2. climbs in the free parameters by the Levenberg–Marquardt steps of the fits,
 3. climbs in the noise parameters by Nelder–Mead, which needs no further simulation,
 
-until a round changes the log posterior by less than `THRESHOLDS.largest_last_change_of_log_posterior`. The ensembles
-start from the approximation.
+until a round changes the log posterior by less than `Climb.change`. The ensembles start from the approximation.
 """
 
 from __future__ import annotations
@@ -31,6 +30,62 @@ from haptid.uq.thresholds import THRESHOLDS
 
 ORDERING_MARGIN = 1e-4
 """Least difference of the coordinates of two ordered parameters [1]: the density is 0 beyond equality."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Climb:
+    """How far a climb to the mode goes.
+
+    Parameters
+    ----------
+    rounds
+        Most rounds.
+    steps
+        Most points that Levenberg–Marquardt tries in a round.
+    tolerance
+        Predicted decrease of −2·log posterior [1] below which Levenberg–Marquardt ends.
+    change
+        Change of the log posterior [1] in a round below which the climb has converged.
+    noise
+        Change of the log posterior [1] below which a climb in the noise parameters alone has converged.
+    worth
+        Log posterior [1] that the climb has to come to: one that would not at its present pace, ends.
+    """
+
+    rounds: int = 20
+    steps: int = 24
+    tolerance: float = 0.01
+    change: float = THRESHOLDS.largest_last_change_of_log_posterior
+    noise: float = 1e-3
+    worth: float = -np.inf
+
+    def ends(self, rounds: int, value: float, before: float) -> bool:
+        """Say whether a climb ends after a round.
+
+        Parameters
+        ----------
+        rounds
+            Rounds that are done.
+        value, before
+            Log posterior after this round and after the one before; −inf where there was none.
+
+        Returns
+        -------
+        bool
+        """
+        hopeless = value + (self.rounds - rounds) * (value - before) < self.worth
+        return abs(value - before) < self.change or hopeless
+
+
+THOROUGH = Climb()
+"""Climb of a posterior whose length nobody limits."""
+SHORT = Climb(
+    steps=12,
+    tolerance=2 * THRESHOLDS.largest_last_change_of_short_climb,
+    change=THRESHOLDS.largest_last_change_of_short_climb,
+    noise=THRESHOLDS.largest_last_change_of_short_climb / 10,
+)
+"""Climb of a short sampling: far enough to tell noise models apart, and for ensembles to start from."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +133,7 @@ def lowest_reached(log_density: float, n: int) -> float:
     return log_density - 2.0 * n - 10.0
 
 
-def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 20, steps: int = 24) -> Laplace:
+def laplace(density: Density, simulator: Simulator, eta: Array, *, climb: Climb = THOROUGH) -> Laplace:
     """Climb from η to the mode: Levenberg–Marquardt in the parameters and Nelder–Mead in the noise model, in turns.
 
     Parameters
@@ -89,8 +144,8 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
         Simulator with sensitivities, of the same equations.
     eta
         Start, shape (n,).
-    rounds, steps
-        Most rounds, and most points that Levenberg–Marquardt tries in a round.
+    climb
+        How far the climb goes.
 
     Returns
     -------
@@ -103,11 +158,11 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
         Where the density is not finite at η.
     """
     best = -np.inf
-    for _ in range(rounds):
+    for done in range(1, climb.rounds + 1):
         density = expand(density.linearise(simulator, eta), simulator, eta).density
-        eta = _climb_noise(density, _climb_parameters(density, simulator, eta, steps))
+        eta = _climb_noise(density, _climb_parameters(density, simulator, eta, climb), climb)
         value = float(density(eta)[0])
-        if abs(value - best) < THRESHOLDS.largest_last_change_of_log_posterior:
+        if climb.ends(done, value, best):
             break
         best = value
     density = density.linearise(simulator, eta)
@@ -158,13 +213,13 @@ class _Cost:
         return np.clip(s + d, lower + room, upper - room)
 
 
-def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps: int) -> Array:
+def _climb_parameters(density: Density, simulator: Simulator, eta: Array, climb: Climb) -> Array:
     """Return η (n,) with the free parameters of largest posterior density for its noise parameters."""
     cost = _Cost(density=density, simulator=simulator, eta=eta)
     parametrisation = density.coordinates.parametrisation
     start = parametrisation.put_in_order(eta[: len(parametrisation.free)], ORDERING_MARGIN)
     start = cost.move(start, np.zeros_like(start))
-    return cost.with_parameters(minimise(cost, start, iterations=steps).x)
+    return cost.with_parameters(minimise(cost, start, iterations=climb.steps, tolerance=climb.tolerance).x)
 
 
 def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
@@ -183,21 +238,24 @@ def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
     return np.where(sound, gradient, 0.0), np.where(sound, np.maximum(curvature, 0.0), 0.0)
 
 
-def _climb_noise(density: Density, eta: Array) -> Array:
+def _climb_noise(density: Density, eta: Array, climb: Climb) -> Array:
     """Return η (n,) with the noise parameters of largest posterior density for the simulations at η."""
     n = len(density.coordinates.free)
-    simulated = [density.simulate(eta[None], terms) for terms in density.terms]
+    misfits = density.misfits(eta)
+    if not misfits:
+        return eta  # no noise explains a simulation that diverged
 
     def negative(tail: Array) -> float:
         point = np.concatenate([eta[:n], tail])[None]
         prior = float(density.coordinates.log_prior(point)[0])
         if not np.isfinite(prior):
             return 1e30  # finite: Nelder–Mead subtracts values of its simplex
-        return -prior - float(density.log_likelihoods(point, simulated).sum())
+        hyper = density.hyper(point)
+        return -prior - float(np.stack([misfit.log_likelihood(hyper) for misfit in misfits], axis=1).sum())
 
     start = eta[n:]
     simplex = np.vstack([start, start + np.eye(start.size)])
-    options = {"xatol": 1e-3, "fatol": 1e-3, "maxfev": 150 * start.size, "initial_simplex": simplex}
+    options = {"xatol": climb.noise, "fatol": climb.noise, "maxfev": 150 * start.size, "initial_simplex": simplex}
     optimum = minimize(negative, start, method="Nelder-Mead", options=options)
     return np.concatenate([eta[:n], optimum.x if optimum.fun < negative(start) else start])
 

@@ -6,12 +6,14 @@ analytically (`noise.marginal`). The parameters of the noise model themselves st
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
-from haptid.noise.gram import correlated_gram, white_gram
+from haptid.noise.gram import correlated_gram, weigh_white, white_products
 from haptid.noise.marginal import log_marginal
 from haptid.noise.noise_model import NoiseModel
 from haptid.noise.terms import Terms, column_scales
@@ -20,11 +22,11 @@ from haptid.uq.density.equilibrium import equilibrium
 Keep = NDArray[np.bool_]
 
 
-def gram_of(
-    terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array,
-    keep: Keep | None = None,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Return the Gram matrix of [residual, random columns] under the inverse noise covariance.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Misfit:
+    """What parameter sets leave of a run, before a noise model's parameters weigh it.
+
+    A climb in the noise parameters alone asks for many densities of one misfit.
 
     Parameters
     ----------
@@ -32,39 +34,99 @@ def gram_of(
         The run, linearised.
     model
         Random parts of the data.
-    equations
-        Equations of the free joint, for its equilibrium.
-    thetas
-        Parameter sets, shape (n_sets, n_p).
-    hyper
-        Values of the noise model's parameters by id, shape (n_sets,) each.
-    simulated
-        Positions at ``thetas`` [rad], shape (n_sets, n_t).
+    residual
+        Measured minus simulated, less the centre of the initial states' prior [rad], shape (n_sets, n_t).
+    motion
+        Simulated minus equilibrium [rad], shape (n_sets, n_t); the simulated position without scatter of the reading.
     keep
-        Rows that count, shape (n_t,); all where None.
-
-    Returns
-    -------
-    gram : ndarray, shape (n_sets, 1 + k, 1 + k)
-        The columns in the order of `column_scales`.
-    logdet : ndarray, shape (n_sets,)
-        log det of the noise covariance.
+        Rows that count, shape (n_t,).
+    products
+        Inner products of [residual, random columns] under white noise of 1 rad, shape (n_sets, 1 + k, 1 + k); None
+        under correlated noise, whose time enters them.
     """
-    seen = np.ones(terms.run.t.size, dtype=bool) if keep is None else keep
-    residual = terms.data - simulated
-    rest = (
-        equilibrium(equations, thetas, float(terms.data.mean()))
-        if model.scatter == "reading"
-        else np.zeros(len(thetas))
-    )
-    motion = simulated - rest[:, None]  # only the scatter of the reading uses it, so no equilibrium is solved otherwise
-    noise = hyper["noise_factor"] * terms.sensor_std
-    # The prior of the start is centred on the first sample: shift the residual to that centre.
-    residual = residual - terms.start_shift @ terms.fixed[: len(terms.states)]
-    if model.correlated:
+
+    terms: Terms
+    model: NoiseModel
+    residual: Array
+    motion: Array
+    keep: Keep
+    products: Array | None
+
+    @classmethod
+    def of(
+        cls, terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, simulated: Array,
+        keep: Keep | None = None,
+    ) -> Misfit:  # fmt: skip
+        """Take the misfit of simulations.
+
+        Parameters
+        ----------
+        terms
+            The run, linearised.
+        model
+            Random parts of the data.
+        equations
+            Equations of the free joint, for its equilibrium.
+        thetas
+            Parameter sets, shape (n_sets, n_p).
+        simulated
+            Positions at ``thetas`` [rad], shape (n_sets, n_t).
+        keep
+            Rows that count, shape (n_t,); all where None.
+
+        Returns
+        -------
+        Misfit
+        """
+        seen = np.ones(terms.run.t.size, dtype=bool) if keep is None else keep
+        residual = terms.data - simulated
+        rest = (
+            equilibrium(equations, thetas, float(terms.data.mean()))
+            if model.scatter == "reading"
+            else np.zeros(len(thetas))
+        )
+        motion = simulated - rest[:, None]  # only the scatter of the reading uses it: else no equilibrium is solved
+        # The prior of the start is centred on the first sample: shift the residual to that centre.
+        residual = residual - terms.start_shift @ terms.fixed[: len(terms.states)]
+        products = None if model.correlated else white_products(terms, model, residual, motion, seen)
+        return cls(terms=terms, model=model, residual=residual, motion=motion, keep=seen, products=products)
+
+    def gram(self, hyper: dict[str, Array]) -> tuple[Array, Array]:
+        """Return the Gram matrix of [residual, random columns] under the inverse noise covariance.
+
+        Parameters
+        ----------
+        hyper
+            Values of the noise model's parameters by id, shape (n_sets,) each.
+
+        Returns
+        -------
+        gram : ndarray, shape (n_sets, 1 + k, 1 + k)
+            The columns in the order of `column_scales`.
+        logdet : ndarray, shape (n_sets,)
+            log det of the noise covariance.
+        """
+        noise = hyper["noise_factor"] * self.terms.sensor_std
+        if self.products is not None:
+            return weigh_white(self.products, noise, self.keep)
         error = (hyper["model_error"], hyper["error_time"])
-        return correlated_gram(terms, model, residual, motion, noise, error, seen)
-    return white_gram(terms, model, residual, motion, noise, seen)
+        return correlated_gram(self.terms, self.model, self.residual, self.motion, noise, error, self.keep)
+
+    def log_likelihood(self, hyper: dict[str, Array]) -> Array:
+        """Return the log marginal likelihood of the rows in ``keep``.
+
+        Parameters
+        ----------
+        hyper
+            Values of the noise model's parameters by id, shape (n_sets,) each.
+
+        Returns
+        -------
+        ndarray, shape (n_sets,)
+            Of no use where a simulation diverged.
+        """
+        gram, logdet = self.gram(hyper)
+        return log_marginal(gram, column_scales(self.terms, self.model, hyper), logdet, int(self.keep.sum()))
 
 
 def log_likelihood(
@@ -75,8 +137,10 @@ def log_likelihood(
 
     Parameters
     ----------
-    terms, model, equations, thetas, hyper, simulated, keep
-        As in `gram_of`.
+    terms, model, equations, thetas, simulated, keep
+        As in `Misfit.of`.
+    hyper
+        Values of the noise model's parameters by id, shape (n_sets,) each.
 
     Returns
     -------
@@ -85,9 +149,7 @@ def log_likelihood(
     """
     finite: Keep = np.all(np.isfinite(simulated), axis=1)
     safe = np.where(finite[:, None], simulated, 0.0)
-    gram, logdet = gram_of(terms, model, equations, thetas, hyper, safe, keep)
-    count = terms.run.t.size if keep is None else int(keep.sum())
-    value = log_marginal(gram, column_scales(terms, model, hyper), logdet, count)
+    value = Misfit.of(terms, model, equations, thetas, safe, keep).log_likelihood(hyper)
     return np.where(finite, value, -np.inf)
 
 
@@ -99,7 +161,7 @@ def predictive_score(
     Parameters
     ----------
     terms, model, equations, thetas, hyper, simulated
-        As in `gram_of`.
+        As in `log_likelihood`.
 
     Returns
     -------
@@ -121,7 +183,7 @@ def cycle_scores(
     Parameters
     ----------
     terms, model, equations, thetas, hyper, simulated
-        As in `gram_of`.
+        As in `log_likelihood`.
 
     Returns
     -------

@@ -14,7 +14,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from haptid.measurement.values.run import Array
+from haptid.measurement.values.run import Array, Run
+from haptid.model.kernel.pieces import inner_steps
 from haptid.uq.density.laplace import Laplace, lowest_reached
 from haptid.uq.thresholds import THRESHOLDS
 
@@ -80,6 +81,28 @@ def _within_reach(mode: Laplace, draws: Array) -> Array:
             break
         reached[outside] = (reached[outside] + mode.eta) / 2
     return reached
+
+
+def distinct_steps(steps: Sequence[float], runs: Sequence[Run]) -> list[float]:
+    """Leave out inner steps that divide all intervals between rows as a longer one does: the simulation is the same.
+
+    Parameters
+    ----------
+    steps
+        Inner steps [s], the longest first.
+    runs
+        Runs that are simulated.
+
+    Returns
+    -------
+    list of float
+        The longest step [s] of each division.
+    """
+    kept: dict[bytes, float] = {}
+    for step in steps:
+        parts = np.concatenate([inner_steps(run.t, step) for run in runs])
+        kept.setdefault(parts.tobytes(), step)
+    return list(kept.values())
 
 
 def longest_step(

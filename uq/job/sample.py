@@ -105,7 +105,15 @@ def _sample_joint(job: Job, configuration: Configuration, pool: Workers, stages:
         forward=subject.forward,
         share_of_steps=subject.share_of_steps,
     )
-    notes = (*found.notes, *found.warnings, f"The fit it starts from, {subject.source}: {found.outcome.value}.")
+    shortened = (f"{posterior.shortened.capitalize()}.",) if posterior.shortened else ()
+    notes = (
+        *shortened,
+        *found.notes,
+        *found.warnings,
+        f"The fit it starts from, {subject.source}: {found.outcome.value}.",
+    )
+    if posterior.shortened:
+        notes = (f"{posterior.shortened.capitalize()}.", *notes)
     doubts = tuple(d for d in (word_misfit(found), word_disagreement(found, posterior.parameters)) if d)
     for doubt in doubts:
         stages.listener.note(f"warning: joint {joint}: {doubt}")

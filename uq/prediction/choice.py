@@ -11,8 +11,8 @@ Kass, R. E., and Raftery, A. E. (1995). Bayes factors. Journal of the American S
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -25,7 +25,7 @@ from haptid.support.errors import NumericalError
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.density import Density
 from haptid.uq.density.forward import Forward
-from haptid.uq.density.laplace import Laplace, laplace
+from haptid.uq.density.laplace import THOROUGH, Climb, Laplace, laplace
 from haptid.uq.density.likelihood import predictive_score
 from haptid.uq.density.normal_equations import expand
 from haptid.uq.thresholds import THRESHOLDS
@@ -47,6 +47,8 @@ class Problem:
         Standard deviation of ln(noise factor) in its prior [1].
     widen
         Factor on the width of every prior [1].
+    climb
+        How far the climbs to modes go.
     """
 
     simulator: Simulator
@@ -55,6 +57,7 @@ class Problem:
     unseen: tuple[Run, ...]
     noise_width: float
     widen: float = 1.0
+    climb: Climb = THOROUGH
 
     @property
     def travel(self) -> float:
@@ -105,12 +108,34 @@ class Problem:
         NumericalError
             Where no climb reaches a finite density.
         """
+        return self.mode_from(model, theta, _noise_starts(model, hyper or {}))
+
+    def mode_from(self, model: NoiseModel, theta: Array, starts: Sequence[dict[str, float]]) -> Laplace:
+        """Find the mode under a noise model, the best of climbs from given starts of the noise model's parameters.
+
+        Parameters
+        ----------
+        model, theta
+            As for `mode`.
+        starts
+            Starts of the noise model's parameters by id; each `Hyper`'s own where absent.
+
+        Returns
+        -------
+        Laplace
+            As `mode` returns it.
+
+        Raises
+        ------
+        NumericalError
+            Where no climb reaches a finite density.
+        """
         density = self.density(model)
         found, failed = [], None
-        for assumed in _noise_starts(model, hyper or {}):
+        for assumed in starts:
             start = np.array([assumed.get(h.id, h.start) for h in density.coordinates.hyper])
             try:
-                found.append(laplace(density, self.simulator, density.coordinates.eta(theta, start)))
+                found.append(laplace(density, self.simulator, density.coordinates.eta(theta, start), climb=self.climb))
             except NumericalError as error:
                 failed = error
         if not found and failed is not None:
@@ -227,9 +252,12 @@ def _tell_nobody(figures: str) -> None:
 
 
 def compare(
-    problem: Problem, theta: Array, *, seed: int = 0, tell: Callable[[str], None] = _tell_nobody
-) -> tuple[Scored, ...]:
+    problem: Problem, theta: Array, *, white: Laplace | None = None, seed: int = 0,
+    tell: Callable[[str], None] = _tell_nobody,
+) -> tuple[Scored, ...]:  # fmt: skip
     """Score every candidate noise model, the simplest first, each started from the mode of the candidate before.
+
+    Short climbs (`Problem.climb`) score those with a correlated model error before those with a scatter alone.
 
     Parameters
     ----------
@@ -237,6 +265,8 @@ def compare(
         Runs and simulator.
     theta
         Start of the equations' parameters for the first candidate, shape (n_p,).
+    white
+        Mode of ``problem`` under white noise from ``theta``, the first candidate; climbed to here where None.
     seed
         Seed of the draws; every candidate has the same random numbers.
     tell
@@ -255,25 +285,75 @@ def compare(
     # A torque that is read along the measured motion has no cycles whose amplitude could scatter.
     moves = bool(problem.simulator.equations.joints)
     cycles = sum(t.cycles for t in problem.density(NoiseModel()).terms) if moves else 0
-    scored: list[Scored] = []
-    hyper: dict[str, float] = {}
     models = candidates(len(problem.fitted), cycles)
-    for number, model in enumerate(models, start=1):
-        tell(f"model {number} of {len(models)}")
-        try:
-            mode = problem.mode(model, theta, hyper)
-            if model.correlated and _leaves_more_than_noise(scored[0].mode):
-                mode = _better_from_white_noise(problem, mode, scored[0].mode)
-        except NumericalError:
-            if not scored:
-                raise
-            continue  # a model without a mode explains nothing here; the others are compared
-        rng = np.random.default_rng([seed, 7])  # the same for every candidate: scores differ by the models alone
-        score = held_out_score(mode, problem.simulator, problem.unseen, normal_draws(mode, rng))
-        scored.append(Scored(model=model, mode=mode, score=score))
-        theta = mode.density.coordinates.thetas(mode.eta)
-        hyper |= _hyper_of(mode)
-    return tuple(scored)
+    short = problem.climb != THOROUGH
+    scored: dict[NoiseModel, Scored] = {}
+    hyper: dict[str, float] = {}
+    number = 0
+    for chain in _chains(models) if short else (models,):
+        if scored:
+            first = scored[models[0]].mode
+            theta, hyper = first.density.coordinates.thetas(first.eta), _hyper_of(first)
+        for model in chain:
+            number += 1
+            tell(f"model {number} of {len(models)}")
+            asked = _with_worth(problem, scored.values()) if short else problem
+            try:
+                mode = white if white is not None and not scored else asked.mode(model, theta, hyper)
+                if model.correlated and _leaves_more_than_noise(scored[models[0]].mode):
+                    mode = _better_from_white_noise(asked, mode, scored[models[0]].mode)
+            except NumericalError:
+                if not scored:
+                    raise
+                continue  # a model without a mode explains nothing here; the others are compared
+            rng = np.random.default_rng([seed, 7])  # the same for every candidate: scores differ by the models alone
+            score = held_out_score(mode, problem.simulator, problem.unseen, normal_draws(mode, rng))
+            scored[model] = Scored(model=model, mode=mode, score=score)
+            theta = mode.density.coordinates.thetas(mode.eta)
+            hyper = hyper | _hyper_of(mode)
+    return tuple(scored[model] for model in models if model in scored)
+
+
+def _chains(models: Sequence[NoiseModel]) -> tuple[tuple[NoiseModel, ...], ...]:
+    """Divide candidates into those that follow one another's modes where climbs are short, each chain from white noise.
+
+    A correlated model error comes first: where the model lacks something, it is far ahead of every scatter alone, whose
+    climbs wander longest and then end early (`_with_worth`).
+    """
+    white, *others = models
+    return (white, *(m for m in others if m.correlated)), tuple(m for m in others if not m.correlated)
+
+
+def _with_worth(problem: Problem, scored: Iterable[Scored]) -> Problem:
+    """Return the problem with climbs that end where they stay far below the best mode so far."""
+    best_so_far = max((one.mode.log_density for one in scored), default=-np.inf)
+    worth = best_so_far - THRESHOLDS.least_shortfall_of_hopeless_model
+    return replace(problem, climb=replace(problem.climb, worth=worth))
+
+
+def refine(problem: Problem, scored: Scored) -> Scored:
+    """Climb to the mode of a scored noise model under another problem, from the mode where it was scored.
+
+    Parameters
+    ----------
+    problem
+        Problem of the same runs and equations, simulated with another inner step.
+    scored
+        Scored noise model.
+
+    Returns
+    -------
+    Scored
+        With the mode under ``problem`` and the old score.
+
+    Raises
+    ------
+    NumericalError
+        As `Problem.mode`.
+    """
+    mode = scored.mode
+    theta, hyper = mode.density.coordinates.thetas(mode.eta), _hyper_of(mode)
+    return replace(scored, mode=problem.mode_from(scored.model, theta, [hyper]))
 
 
 def _hyper_of(mode: Laplace) -> dict[str, float]:

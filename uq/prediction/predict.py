@@ -12,7 +12,7 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.noise.terms import Terms, column_scales
 from haptid.uq.density.density import Density
 from haptid.uq.density.equilibrium import equilibrium
-from haptid.uq.density.likelihood import gram_of
+from haptid.uq.density.likelihood import Misfit
 from haptid.uq.thresholds import THRESHOLDS
 
 
@@ -75,7 +75,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
     thetas, simulated = thetas[sound], simulated[sound]
     hyper = {name: value[sound] for name, value in hyper.items()}
     model, n_start = density.model, len(terms.states)
-    gram, _ = gram_of(terms, model, density.equations, thetas, hyper, simulated)
+    gram, _ = Misfit.of(terms, model, density.equations, thetas, simulated).gram(hyper)
     mean, covariance = coefficients(gram, column_scales(terms, model, hyper))
     start = mean[:, :n_start] + _normal(covariance[:, :n_start, :n_start], rng) + terms.start_shift
     clean = simulated + start @ terms.fixed[:n_start]

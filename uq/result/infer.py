@@ -23,14 +23,17 @@ from haptid.noise.hyper import noise_prior_width
 from haptid.noise.noise_model import NoiseModel
 from haptid.uq.density.density import Density
 from haptid.uq.density.forward import EachForward, Forward, KernelForward
+from haptid.uq.density.laplace import SHORT, THOROUGH, Laplace
 from haptid.uq.density.likelihood import cycle_scores
-from haptid.uq.density.solver_step import longest_step
-from haptid.uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
+from haptid.uq.density.solver_step import distinct_steps, longest_step
+from haptid.uq.prediction.choice import Problem, Scored, best, compare, refine, unseen_terms
 from haptid.uq.prediction.next_run import next_run
 from haptid.uq.prediction.predict import predict
+from haptid.uq.prediction.stored_choice import digest_of_choice, read_choice, write_choice
 from haptid.uq.result.arviz_door import leave_one_out
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import chains_of, summarise
+from haptid.uq.sampling.budget import shorten, tell_shortened
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
 from haptid.uq.thresholds import THRESHOLDS
@@ -59,6 +62,9 @@ class InferOptions:
         Draws per chain in the file, and draws behind a predictive band.
     sensitivity
         Whether mean and standard deviation are also computed with all priors half and twice as wide.
+    short
+        Whether the effort is bounded: short climbs choose the noise model, at one inner step, and chains whose steps
+        simulate much have fewer of them, in fewer ensembles (`shorten`).
     """
 
     sampling: SamplingOptions = field(default_factory=SamplingOptions)
@@ -67,6 +73,7 @@ class InferOptions:
     stored: int = 500
     predicted: int = 1000
     sensitivity: bool = False
+    short: bool = False
 
 
 QUICK = SamplingOptions(chunk=40, burn=60, pilot=0, longest=120)
@@ -82,12 +89,25 @@ class _Chosen:
     one: Scored
 
 
-def _choose(problem: Problem, theta: Array, options: InferOptions, tell: Callable[[str], None]) -> _Chosen:
+def _choose(
+    problem: Problem, theta: Array, options: InferOptions, tell: Callable[[str], None], white: Laplace | None = None
+) -> _Chosen:
     if options.model is None:
-        scored = compare(problem, theta, seed=options.sampling.seed, tell=tell)
+        scored = compare(problem, theta, white=white, seed=options.sampling.seed, tell=tell)
     else:
         scored = (Scored(model=options.model, mode=problem.mode(options.model, theta), score=0.0),)
     return _Chosen(problem=problem, scored=scored, one=best(scored))
+
+
+def _with_kernel(problem: Problem, share: float, step: float | None) -> Problem:
+    """Return a problem that the compiled kernel simulates with an inner step [s]; ``problem`` itself where None."""
+    if step is None:
+        return problem
+    forward = KernelForward(
+        equations=problem.simulator.equations, step=step,
+        correction=share * THRESHOLDS.inner_step_of_correction_s,
+    )  # fmt: skip
+    return replace(problem, simulator=forward.simulator(), forward=forward)
 
 
 def _with_longest_step(
@@ -96,22 +116,26 @@ def _with_longest_step(
     """Choose the noise model with the compiled kernel and the longest inner step that suffices under that model.
 
     The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
+    A short inference chooses at that step alone, and shortens the step under the chosen model.
     """
-
-    def with_step(step: float) -> Problem:
-        forward = KernelForward(
-            equations=problem.simulator.equations, step=step,
-            correction=share * THRESHOLDS.inner_step_of_correction_s,
-        )  # fmt: skip
-        return replace(problem, simulator=forward.simulator(), forward=forward)
+    with_step = partial(_with_kernel, problem, share)
+    every = distinct_steps([share * step for step in THRESHOLDS.inner_steps_s], (*problem.fitted, *problem.unseen))
+    white, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode, every)
+    coarse: list[_Chosen] = []
 
     def choose(step: float) -> _Chosen:
-        return _choose(
-            with_step(step), theta, options, lambda figures: tell(f"{figures}, inner step {1e3 * step:g} ms")
+        if coarse and options.short:
+            tell(f"{coarse[0].one.model.id}, inner step {1e3 * step:g} ms")
+            finer = with_step(step)
+            return replace(coarse[0], problem=finer, one=refine(finer, coarse[0].one))
+        known = white if step == first else None
+        coarse.append(
+            _choose(
+                with_step(step), theta, options, lambda figures: tell(f"{figures}, inner step {1e3 * step:g} ms"), known
+            )
         )
+        return coarse[-1]
 
-    every = [share * step for step in THRESHOLDS.inner_steps_s]
-    _, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode, every)
     steps = [step for step in every if step <= first]
     return longest_step(choose, lambda made: made.one.mode, steps)[0]
 
@@ -146,7 +170,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     workers
         Processes of the sampler; this process where None.
     folder
-        Folder in which chains are kept, so that a killed command can continue.
+        Folder in which the choice of the noise model and chains are kept, so that a killed command can continue.
     tell
         Told the name of the step, the share of it that is done, and figures.
     forward
@@ -179,18 +203,30 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         fitted=tuple(run for run in runs if run.use == "fit"),
         unseen=tuple(run for run in runs if run.use == "validate"),
         noise_width=noise_prior_width(stated=options.noise_given),
+        climb=SHORT if options.short else THOROUGH,
     )
-    if forward:
+    told = (options.sampling.seed, options.model, share_of_steps)
+    digest = digest_of_choice(problem, theta, told)
+    kept = None if folder is None else read_choice(folder, digest, partial(_with_kernel, problem, share_of_steps))
+    if kept is not None:
+        chosen = _Chosen(problem=kept[0], scored=kept[1], one=kept[2])
+    elif forward:
         chosen = _choose(problem, theta, options, tell_candidate)
     else:
         chosen = _with_longest_step(problem, theta, options, share_of_steps, tell_candidate)
+    if folder is not None and kept is None:
+        write_choice(folder, digest, chosen.problem, chosen.scored, chosen.one)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
+    cost = sum(mode.density.forward.inner_steps(terms.run) for terms in mode.density.terms)
+    sampling = shorten(options.sampling, cost, mode.eta.size) if options.short else options.sampling
     tell("sampling", 0.0, "")
-    drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, tell=partial(tell, "sampling"))
+    drawn = sample(mode, sampling, workers=workers or Here(), folder=folder, tell=partial(tell, "sampling"))
     tell("diagnostics", 0.0, "")
     rng = np.random.default_rng([seed, 11])
     density = mode.density
-    draws = _thin(chains_of(drawn), options.stored)
+    chains = chains_of(drawn)
+    most = THRESHOLDS.stored_draws_of_short_chains // len(chains) if options.short else options.stored
+    draws = _thin(chains, min(options.stored, most))
     cycles, per_run = _log_densities(density, draws)
     few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]  # of all chains together
     every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))
@@ -211,6 +247,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         next_run=next_run(mode, simulator, covariance),
         sensitivity=_sensitivity(chosen.problem, chosen.one, drawn) if options.sensitivity else {},
         wall_s=time.perf_counter() - begun,
+        shortened=tell_shortened(options.sampling, sampling, cost),
     )
 
 

@@ -48,6 +48,8 @@ class Posterior:
         Mean and standard deviation by coordinate, with priors of half, stated and double width; empty where not asked.
     wall_s
         Duration of the inference [s].
+    shortened
+        What bounded the chains, as a sentence without its end; empty where nothing did.
     notes
         Sentences for the reader of the report.
     doubts
@@ -70,6 +72,7 @@ class Posterior:
     next_run: NextRun | None
     sensitivity: dict[str, dict[str, tuple[float, float]]]
     wall_s: float
+    shortened: str = ""
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
 

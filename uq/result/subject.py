@@ -130,8 +130,14 @@ def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and
         def fit_position(equations: Equations, options: FitOptions) -> Fit:
             return fit(kernel_of(equations), runs, options=options, workers=workers)
 
-        # A range that haptid guessed may end before the optimum: the sampler would then start far from it.
-        found = fit_within_own_bounds(fit_position, equations, runs, test.own, options)
+        def needs_finer_step(found: Fit) -> bool:
+            return found.observer_gain == 0.0 and at_needed_step(test, found, options) is not None
+
+        # A range that haptid guessed may end before the optimum: the sampler would then start far from it. Where the
+        # step is too long, other starts are asked at the finer one alone.
+        found = fit_within_own_bounds(
+            fit_position, equations, runs, test.own, options, needs_finer_step=needs_finer_step
+        )  # fmt: skip
         if (finer := at_needed_step(test, found, options)) is not None:
             again = options.but(start=tuple(map(float, found.theta)))
             fine = finer.simulator(found.equations)

@@ -210,9 +210,15 @@ class _Ensembles:
                 )  # fmt: skip
         work = [(task,) for task in tasks.values()]
         watch = self.pace.begin_chunk(steps, len(work))
-        mapped = self.workers.until(advance, work, lambda done: len(work) - len(done), watch=watch)
-        for e, made in zip(tasks, mapped, strict=True):
-            self.store.put(phase, e, number, made)
+
+        def keep(done: Sequence[Chunk]) -> int:
+            # A chunk of many simulations may take minutes: a stop keeps those of the ensembles that are through.
+            for e, made in zip(tasks, done, strict=False):
+                if self.store.get(phase, e, number) is None:
+                    self.store.put(phase, e, number, made)
+            return len(work) - len(done)
+
+        keep(self.workers.until(advance, work, keep, watch=watch))
         self.pace.end_chunk(steps)
         chunks = [chunk for e in range(len(names)) if (chunk := self.store.get(phase, e, number)) is not None]
         for e, chunk in enumerate(chunks):
@@ -332,8 +338,19 @@ def fit_proposal(chunks: Sequence[Chunk]) -> Proposal:
     return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
 
 
-def _walkers_of(dimension: int) -> int:
-    """Return the number of walkers: at least twice one more than the dimension, rounded up to full vectors."""
+def walkers_of(dimension: int) -> int:
+    """Return the number of walkers in an ensemble.
+
+    Parameters
+    ----------
+    dimension
+        Number of coordinates.
+
+    Returns
+    -------
+    int
+        At least twice one more than the dimension, rounded up to full vectors.
+    """
     vectors = math.ceil(2 * (dimension + 1) / WALKERS_OF_FULL_VECTORS)
     return WALKERS_OF_FULL_VECTORS * vectors
 
@@ -348,7 +365,7 @@ def _first_points(
     outside the posterior's support moves towards the mode until it is inside.
     """
     n = mean.size
-    walkers = options.walkers or _walkers_of(n)
+    walkers = options.walkers or walkers_of(n)
     rng = np.random.default_rng([options.seed, 99, ensemble])
     spread, lower = THRESHOLDS.dispersed_start_over_std if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
     kept = np.empty((0, n))

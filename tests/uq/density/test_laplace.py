@@ -11,16 +11,19 @@ from haptid.model.equations.quantity import Normal
 from haptid.noise.hyper import HalfNormal
 from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS as NOISE
+from haptid.uq.density import solver_step
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
-from haptid.uq.density.laplace import laplace, lowest_reached
+from haptid.uq.density.laplace import SHORT, THOROUGH, Climb, laplace, lowest_reached
 from haptid.uq.density.normal_equations import expand
-from haptid.uq.density.solver_step import longest_step, solver_error
+from haptid.uq.density.solver_step import distinct_steps, longest_step, solver_error
+from haptid.uq.job.summary import tell_posterior
 from haptid.uq.prediction import choice
 from haptid.uq.prediction.choice import Problem, best, compare
 from haptid.uq.prediction.predict import predict
-from haptid.uq.result.infer import InferOptions, infer
+from haptid.uq.result import infer as infer_module
+from haptid.uq.result.infer import QUICK, InferOptions, infer
 from haptid.uq.sampling.sampling import SamplingOptions
 from haptid.uq.thresholds import THRESHOLDS
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
@@ -105,6 +108,34 @@ def test_a_normal_approximation_beyond_the_posterior_does_not_refine_the_step(eq
     assert solver_error(wide) < 3 * max(solver_error(mode), 0.01)
 
 
+def test_steps_that_divide_all_intervals_alike_are_tried_once(equations):
+    """At 1 kHz a longest inner step of 5 ms, 2.5 ms and 1.25 ms is one of 1 ms."""
+    run = make_run(equations, rows=8001)
+    fine = run.but(t=run.t / 8)
+    assert distinct_steps(THRESHOLDS.inner_steps_s, [run]) == [5e-3, 6.25e-4]
+    assert distinct_steps(THRESHOLDS.inner_steps_s, [fine]) == [5e-3]
+    assert distinct_steps(THRESHOLDS.inner_steps_s, [fine, run]) == [5e-3, 6.25e-4]
+    theta, x0 = np.array([[q.initial for q in equations.parameters]]), np.array([s.start for s in equations.states])
+    alike = [KernelForward(equations=equations, step=step)(theta, run, x0) for step in (5e-3, 1.25e-3)]
+    np.testing.assert_array_equal(*alike)
+    assert KernelForward(equations=equations, step=5e-3).inner_steps(run) == 8000
+    assert KernelForward(equations=equations, step=6.25e-4).inner_steps(run) == 16000
+
+
+def test_the_noise_is_climbed_as_by_densities_one_by_one(equations, runs):
+    """The misfit that a climb in the noise parameters keeps gives the density to the last bit."""
+    for model in (NoiseModel(scatter="reading"), NoiseModel(scatter="torque"), NoiseModel(correlated=True)):
+        density = make_density(model, runs, equations)
+        eta = truth_eta(density)
+        misfits = density.misfits(eta)
+        point = eta + np.where(np.arange(eta.size) < len(FREE), 0.0, 0.3)
+        hyper = density.hyper(point[None])
+        kept = np.stack([misfit.log_likelihood(hyper) for misfit in misfits], axis=1)
+        np.testing.assert_array_equal(kept, density.log_likelihoods(point[None]))
+    diverged = density.but(forward=lambda thetas, run, _: np.full((len(thetas), run.t.size), np.nan))
+    assert diverged.misfits(eta) == ()
+
+
 def test_equilibrium_balances_spring_and_gravity(equations):
     given = equations.with_parameters({"gravity_sin": {"initial": 4e-3}, "gravity_cos": {"initial": 1e-3}})
     theta = np.array([[q.initial for q in given.parameters]] * 2)
@@ -127,6 +158,48 @@ def test_held_out_score_prefers_scatter_where_there_is_some_and_only_there(equat
         assert (chosen.model.scatter != "none") is scattered
         if scattered:
             assert chosen.model.scatter == "reading"
+
+
+def test_short_climbs_choose_the_noise_model_that_long_ones_choose(equations):
+    def scored(climb):
+        fitted = tuple(make_run(equations, omega=w, seed=10 + i, s=0.03) for i, w in enumerate((2.5, 4.0)))
+        problem = Problem(
+            simulator=kernel_of(equations), forward=KernelForward(equations=equations, step=2.5e-3), fitted=fitted,
+            unseen=(make_run(equations, omega=3.2, seed=20, s=0.03, use="validate"),), noise_width=0.05, climb=climb,
+        )  # fmt: skip
+        return compare(problem, np.array([q.initial for q in equations.parameters]))
+
+    long, short = scored(THOROUGH), scored(SHORT)
+    assert [s.model for s in short] == [s.model for s in long]
+    assert best(short).model == best(long).model
+    sizes = np.sqrt(np.diag(best(long).mode.covariance))
+    assert np.abs((best(short).mode.eta - best(long).mode.eta) / sizes).max() < 1
+
+
+def test_a_climb_that_stays_far_below_the_best_noise_model_ends():
+    climb = Climb(rounds=20, worth=1000.0)
+    assert not climb.ends(1, 0.0, -np.inf)
+    assert climb.ends(2, 10.0, 0.0)
+    assert not climb.ends(2, 100.0, 0.0)
+    assert climb.ends(2, 2000.0, 2000.0)
+
+
+def test_a_short_inference_chooses_the_noise_model_at_one_inner_step(equations, runs, monkeypatch):
+    """A step that is too long under the chosen model is shortened under that model alone."""
+    asked = []
+    monkeypatch.setattr(infer_module, "compare", lambda *args, **kw: asked.append(1) or compare(*args, **kw))
+    monkeypatch.setattr(infer_module, "shorten", lambda *_: SamplingOptions(chunk=4, burn=4, pilot=0, longest=4))
+    # Every step but the last is refused under a scatter.
+    monkeypatch.setattr(solver_step, "solver_error", lambda mode: 0.0 if mode.density.model == NoiseModel() else 1.0)
+    theta = np.array([q.initial for q in equations.parameters])
+    unseen = make_run(equations, omega=3.5, seed=40, s=0.01, use="validate")
+    options = InferOptions(sampling=QUICK, stored=10, predicted=10, short=True)
+    found = infer(kernel_of(equations), (*runs, unseen), theta, options, joint=4)
+    assert found.chosen.model.scatter == "reading"
+    assert found.mode.density.forward.step == THRESHOLDS.inner_steps_s[-1]
+    assert len(asked) == 1
+    assert found.shortened.startswith("4 ensembles of 4 steps after 4 of burn-in, in place of 4 of 120 after 60: each")
+    assert found.shortened in str(tell_posterior(found))
 
 
 def test_predictive_bands_cover_new_readings(equations):

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from haptid.noise.gram import correlated_gram, dense_columns, white_gram
+from haptid.noise.gram import correlated_gram, dense_columns, weigh_white, white_products
 from haptid.noise.marginal import coefficients, eliminate
 from haptid.noise.noise_model import NoiseModel
-from haptid.noise.terms import column_scales
+from haptid.noise.terms import column_scales, prepare, scatter_columns
 from haptid.noise.whitening import gram, whiten
 from haptid.uq.density.equilibrium import equilibrium
+from haptid.uq.density.forward import kernel_of
 from haptid.uq.density.likelihood import cycle_scores, log_likelihood
 from tests.uq.uq_cases import make_density, truth_eta
 
@@ -87,7 +88,7 @@ def test_white_and_correlated_grams_agree_without_correlation(equations, runs):
     terms, rng = density.terms[0], np.random.default_rng(1)
     r, m = rng.standard_normal((2, 3, terms.run.t.size))
     noise, keep = np.array([1.0, 2.0, 0.5]), rng.random(terms.run.t.size) < 0.8
-    white = white_gram(terms, model, r, m, noise, keep)
+    white = weigh_white(white_products(terms, model, r, m, keep), noise, keep)
     other = correlated_gram(terms, model, r, m, noise, (np.zeros(3), np.ones(3)), keep)
     np.testing.assert_allclose(white[0], other[0], rtol=1e-11, atol=1e-9)
     np.testing.assert_allclose(white[1], other[1], rtol=1e-11)
@@ -102,6 +103,41 @@ def test_whitening_is_the_cholesky_solution_on_uneven_times():
     np.testing.assert_allclose(white, np.linalg.solve(np.linalg.cholesky(S), v.T).T, rtol=1e-10, atol=1e-12)
     assert logdet == pytest.approx(np.linalg.slogdet(S)[1], rel=1e-12)
     np.testing.assert_allclose(gram(white), white @ white.T, rtol=1e-12)
+
+
+@pytest.mark.parametrize("hold", ["zero", "linear"])
+def test_columns_of_a_torque_resumed_at_their_cycle_are_those_of_whole_simulations(equations, runs, hold):
+    class Whole:
+        """The kernel without its way to go on from a state."""
+
+        simulate = staticmethod(kernel_of(equations).simulate)
+
+    terms = prepare(equations, runs[0].but(hold=hold))
+    theta, model = np.array([q.initial for q in equations.parameters]), NoiseModel(scatter="torque")
+    made, whole = (scatter_columns(terms, simulator, theta, model).fixed for simulator in (kernel_of(equations), Whole))
+    assert len(made) > 3
+    np.testing.assert_array_equal(made, whole)
+
+
+def test_columns_of_a_cycle_are_whitened_as_their_rows_alone_would_be():
+    """Rows before a column begins are left out of inner products, and the sums stay as they were."""
+    rng = np.random.default_rng(4)
+    v = rng.standard_normal((5, 203))
+    for column, first in zip(v, (0, 3, 64, 200, 203), strict=True):
+        column[:first] = 0.0
+    sums = np.array([[sum_of_eight(a * b) for b in v] for a in v])
+    np.testing.assert_array_equal(gram(v), sums)
+
+
+def sum_of_eight(products):
+    """Add products in the order of ``uq_gram``: eight sums side by side, the rest to the first."""
+    whole = products.size // 8 * 8
+    s = np.zeros(8)
+    for group in products[:whole].reshape(-1, 8):
+        s += group
+    for product in products[whole:]:
+        s[0] += product
+    return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))
 
 
 def test_coefficients_and_elimination_are_the_normal_posterior():

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from haptid.identification.fit.fit_runs import JointTest
 from haptid.identification.fit.initial_guess import guess
+from haptid.identification.fit.own_bounds import FitEquations
 from haptid.identification.optimise.workers import Here
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.simulators.inverse_dynamics import SPEED, torque_runs
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.noise.noise_model import NoiseModel
+from haptid.uq.result import subject as subject_module
 from haptid.uq.result.infer import QUICK, InferOptions, infer
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.subject import Subject, find_subject
@@ -100,3 +108,29 @@ def test_a_range_that_haptid_guessed_is_widened_before_the_sampler_begins(
     )
     assert found.fit.values["Ks"] == pytest.approx(TRUTH["Ks"], rel=0.05)
     assert found.simulator.equations.parameter("Ks").upper > TRUTH["Ks"]
+
+
+def test_other_starts_are_not_asked_at_an_inner_step_that_is_too_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in ``haptid identify``: they would compare the error of the step."""
+    run = make_run(make_equations(), seed=1)
+    campaign = Campaign(folder=Path("here"), title="cosine", device="single_joint", measured=False, runs=(run,))
+    configuration = Configuration(free_joints=(4,), posture=(), runs=(run,))
+    told: list[bool] = []
+
+    def halve_step(test: JointTest, found: Fit, _: FitOptions) -> JointTest:
+        return replace(test, equations=found.equations, step=test.step / 2)
+
+    def fit_alone(
+        fit: FitEquations, equations: Equations, *others: Any, needs_finer_step: Callable[[Fit], bool]
+    ) -> Fit:
+        found = fit(equations, others[-1])
+        told.append(needs_finer_step(found))
+        return found
+
+    monkeypatch.setattr(subject_module, "at_needed_step", halve_step)
+    monkeypatch.setattr(subject_module, "fit_within_own_bounds", fit_alone)
+    found = find_subject(campaign, None, configuration, make_equations(), tmp_path, kind=None, seed=0, workers=Here())
+    assert told == [True]
+    assert found.share_of_steps == 0.5

@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pytest
 
+from haptid.identification.optimise.workers import Here
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.moves import MOVES
@@ -95,3 +96,29 @@ def test_separate_modes_are_counted():
     assert count_modes(chain) == 1
     chain[2] += 30.0
     assert count_modes(chain) == 2
+
+
+class _StoppedAt(Here):
+    """Workers that Ctrl-C stops before a task of some call."""
+
+    def __init__(self, calls: int, task: int) -> None:
+        self.calls, self.task = calls, task
+
+    def until(self, function, tasks, more, **told):
+        self.calls -= 1
+
+        def stop(done):
+            needed = more(done)
+            if self.calls < 0 and len(done) == self.task:
+                raise KeyboardInterrupt
+            return needed
+
+        return super().until(function, tasks, stop, **told)
+
+
+def test_ctrl_c_keeps_the_chunks_of_the_ensembles_that_are_through(tmp_path):
+    whole = sample(start(), SHORT)
+    with pytest.raises(KeyboardInterrupt):
+        sample(start(), SHORT, folder=tmp_path, workers=_StoppedAt(calls=5, task=3))
+    assert [path.name for path in sorted(tmp_path.glob("main_*_00001.h5"))] == [f"main_{e}_00001.h5" for e in range(3)]
+    np.testing.assert_array_equal(sample(start(), SHORT, folder=tmp_path).chain, whole.chain)
