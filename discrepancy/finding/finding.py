@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.localise import Map, Region, excess, maps, regions
 from haptid.discrepancy.finding.accuracy import Origin, of_refit
 from haptid.discrepancy.finding.gap import Gap
@@ -24,7 +24,7 @@ from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild, refit
 from haptid.discrepancy.fit.held_out import Prediction, predict
 from haptid.discrepancy.fit.stability import Stretches, stability_of
 from haptid.discrepancy.fit.standard_errors import of_curvature
-from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.search.search import search
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import likeliest
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.finishing import finish
+from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -56,7 +57,7 @@ def fit_contenders(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         for left in (others, *([e for e in others if e is not other] for other in others)):
             begun = s.each(partial(_start_contender, [*left, contender], best.solution.noise), places)
             s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
-            made.append(s.finish(start.candidate, likeliest(*begun)))
+            made.append(finish(s, start.candidate, likeliest(*begun)))
     return made
 
 

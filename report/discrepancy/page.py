@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.localise import describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Finding
