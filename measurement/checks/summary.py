@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from haptid.measurement.checks.remarks import Remarks, remarks_of
+from haptid.measurement.remarks.remarks import Remarks, remarks_of
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
