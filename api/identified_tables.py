@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from haptid.identification.output.plain_comparison import ConstantTorque
 from haptid.identification.result.outcome import tell_status
 from haptid.identification.sequence.configurations import Configuration
 from haptid.measurement.values.units import unit_for
@@ -68,21 +69,19 @@ def _constant_torques(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
         return []
     rows = []
     for id, one in entry["baseline"]["parameters"].items():
-        if id.split("_")[0] == "offset":
-            std = math.nan if one["std"] is None else one["std"]
-            status = tell_status("identified" if math.isfinite(std) else "unidentifiable", entry["outcome"])
-            slides = one["unit"] == "N"
-            about = f"constant {'force, which gravity_cos holds' if slides else 'torque, which Ks and epos stand for'}"
-            rows.append(
-                {
-                    "parameter": id,
-                    "value": one["value"],
-                    "std": std,
-                    "unit": one["unit"],
-                    "status": status,
-                    "description": about,
-                }
-            )
+        if id.split("_")[0] != "offset":
+            continue
+        slides = one["unit"] == "N"
+        torque = ConstantTorque(
+            id=id,
+            value=one["value"],
+            std=math.nan if one["std"] is None else one["std"],
+            unit=one["unit"],
+            carried_by=("gravity_cos",) if slides else ("Ks", "epos"),
+        )
+        about = "force, which gravity_cos holds" if slides else "torque, which Ks and epos stand for"
+        row = {"parameter": id, "value": torque.value, "std": torque.std, "unit": torque.unit, "status": torque.status}
+        rows.append({**row, "description": f"constant {about}"})
     return rows
 
 

@@ -133,13 +133,33 @@ def _stictions(found: Fit) -> list[str]:
     return [law_named(law).roles.stiction for law in found.equations.friction]
 
 
-def _largest_torque(found: Fit, runs: Sequence[Run]) -> float:
-    """Return the most that command and gravity made together [N m]; infinite for a drive, whose command is none."""
-    if found.equations.drive is not None:
+def largest_command(equations: Equations, runs: Sequence[Run]) -> float:
+    """Return the largest torque that fitted runs command.
+
+    Parameters
+    ----------
+    equations
+        Equations of the configuration.
+    runs
+        Runs of the fit; those with ``use == "fit"`` count.
+
+    Returns
+    -------
+    float
+        In N m, or N; infinite for a drive, whose command is no torque, and without such runs.
+    """
+    if equations.drive is not None:
         return np.inf
-    commands = [float(np.abs(run.u).max()) for run in runs if run.use == "fit"]
+    return max((float(np.abs(run.u).max()) for run in runs if run.use == "fit"), default=np.inf)
+
+
+def _largest_torque(found: Fit, runs: Sequence[Run]) -> float:
+    """Return the most that command and gravity made together [N m]; infinite where the command tells no torque."""
+    command = largest_command(found.equations, runs)
+    if np.isinf(command):
+        return command
     gravity = sum(abs(found.values.get(id, 0.0)) for id in ("gravity_cos", "gravity_sin"))
-    return found.values.get("Kp", 1.0) * max(commands, default=np.inf) + gravity
+    return found.values.get("Kp", 1.0) * command + gravity
 
 
 def _widen_range(quantity: Quantity, value: float) -> tuple[float, float]:
