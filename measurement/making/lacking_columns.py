@@ -11,12 +11,8 @@ from haptid.measurement.tables.misnamed import likely_time_units
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
 """Pattern of letters that are a word of a name."""
-
-
 DEGREE = "0.0174533"
 """Radians of a degree, as a remedy writes them."""
-
-
 LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
     "time": (
         (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
@@ -51,18 +47,12 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
 The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
 and nothing tells radians from degrees.
 """
-
-
 DEMANDED = re.compile(
     rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref)')}", re.IGNORECASE
 )
 """Names of what a controller follows, which is no measured position."""
-
-
 NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
 """Names that hold a word of a position and are none."""
-
-
 LONGEST_REMEDY = 145
 """Most characters of a remedy with an example for each signal."""
 
