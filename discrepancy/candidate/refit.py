@@ -123,6 +123,32 @@ def _roughly(
     )
 
 
+def fit_briefly(
+    study: Study, effects: Sequence[Effect], noise: Noise, values: Mapping[str, float], x0: Sequence[Array]
+) -> Solution:
+    """Fit for a few steps, at most `first_try_simulations` simulations of all runs.
+
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    effects
+        Effects of the model in SI units.
+    noise
+        Noise model of the fit.
+    values
+        Start values of parameters by id.
+    x0
+        Start values of the initial states, one array a run.
+
+    Returns
+    -------
+    Solution
+        Preliminary fit; it need not have converged.
+    """
+    return solve(study, effects, noise, values, x0=x0, iterations=THRESHOLDS.candidate.first_try_simulations)
+
+
 def settle(
     study: Study, effects: Sequence[Effect], first: Solution, calls: int = 0, paths: Sequence[Path] = PATHS
 ) -> Candidate:
@@ -146,22 +172,13 @@ def settle(
     Candidate
         Refitted model under its own noise, with its scores.
     """
-    solution = solve(
-        study, effects, first.noise, first.values, x0=first.x0, iterations=THRESHOLDS.candidate.full_fit_simulations
-    )
+    solution = _fit_fully(study, effects, first.noise, first)
     solution, calls = sharpen_jumps(study, solution, calls + solution.calls)
     for k in range(THRESHOLDS.candidate.most_fits_under_new_noise):
         noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, study.fitted[0].sensor_std):
             break
-        again = solve(
-            study,
-            solution.effects,
-            noise,
-            solution.values,
-            x0=solution.x0,
-            iterations=THRESHOLDS.candidate.full_fit_simulations,
-        )
+        again = _fit_fully(study, solution.effects, noise, solution)
         calls += again.calls
         if not again.finite:  # about the amplitudes of another scatter, the simulation may leave the numbers
             break
@@ -170,6 +187,12 @@ def settle(
         if k >= 1 and omnibus(study, solution).far:
             break
     return score_candidate(study, solution, calls)
+
+
+def _fit_fully(study: Study, effects: Sequence[Effect], noise: Noise, start: Solution) -> Solution:
+    """Fit from where another fit ended, for at most `full_fit_simulations` simulations."""
+    limit = THRESHOLDS.candidate.full_fit_simulations
+    return solve(study, effects, noise, start.values, x0=start.x0, iterations=limit)
 
 
 def sharpen_jumps(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
@@ -258,7 +281,5 @@ def refit_with(study: Study, solution: Solution, effects: Sequence[Effect], valu
     Candidate
         Model fitted to the end, with its scores.
     """
-    first = solve(
-        study, effects, solution.noise, values, x0=solution.x0, iterations=THRESHOLDS.candidate.first_try_simulations
-    )
+    first = fit_briefly(study, effects, solution.noise, values, solution.x0)
     return settle(study, effects, first, first.calls)

@@ -10,11 +10,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from haptid.discrepancy.candidate.candidate import Candidate
-from haptid.discrepancy.candidate.refit import settle
+from haptid.discrepancy.candidate.refit import fit_briefly, settle
 from haptid.discrepancy.candidate.trial import Trial, chosen, keys_of
 from haptid.discrepancy.detect.inner_step import at_step
 from haptid.discrepancy.fit.homotopy import through_homotopy
-from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.trials.judging import judge_candidate, judge_on_other_path
 from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -106,14 +106,7 @@ def add_twins(s: Searcher, current: Candidate, trials: list[Trial]) -> list[Tria
                 continue
             known.add(keys)
             values = solution.values | {new: solution.values[old] for old, new in ids.items()}
-            begun = solve(
-                s.study,
-                effects,
-                solution.noise,
-                values,
-                x0=solution.x0,
-                iterations=THRESHOLDS.candidate.first_try_simulations,
-            )
+            begun = fit_briefly(s.study, effects, solution.noise, values, solution.x0)
             s.simulations += begun.calls * len(s.study.fitted)
             found.append(finish(s, current, begun))
     return found
@@ -166,14 +159,7 @@ def find_finished(s: Searcher, current: Candidate, begun: Solution) -> Trial | N
         rough = at_step(s.study, s.study.factory.coarse)
         # Likelihoods under different noise models cannot be compared, so the finished fit takes a few steps under
         # the noise, and at the inner step, of the new start.
-        there = solve(
-            rough,
-            effects,
-            begun.noise,
-            values,
-            x0=trial.solution.x0,
-            iterations=THRESHOLDS.candidate.first_try_simulations,
-        )
+        there = fit_briefly(rough, effects, begun.noise, values, trial.solution.x0)
         s.simulations += there.calls * len(s.study.fitted)
         ahead = begun.log_likelihood - there.log_likelihood
         lead = THRESHOLDS.search.least_lead_of_restart_over_excess * (trial.left.energy - trial.left.dof)
