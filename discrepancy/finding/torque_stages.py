@@ -94,7 +94,6 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     if not study.repeats:
         known = {key: effect for key, effect in known.items() if effect.lives_in != "time"}
     found = search_torque(study, known, starts=starts, seed=seed, tell=tell)
-    noise = rms([run.sensor_std[0] for run in study.runs])
     base, final = found.base, found.final
     energy = _maps(study, found)
     tell("closed loop")
@@ -103,11 +102,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     stability = compute_stability(final, seed=seed)
     finding = TorqueFinding(
         search=found,
-        gaps={
-            "fit": Gap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
-            "validate": Gap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
-            **_sealed_gap(base, final, noise),
-        },
+        gaps=_measure_gaps(base, final),
         regions=regions(energy),
         maps=energy,
         remaining=_remaining(found),
@@ -148,13 +143,18 @@ def _rivals_in_position(found: TorqueSearch, loop: ClosedLoop | None) -> tuple[R
     return tuple(left)
 
 
-def _sealed_gap(base: TorqueFit, final: TorqueFit, noise: float) -> dict[str, Gap]:
-    """Return the gap of the runs that took part in no choice; nothing where there are none."""
-    runs = base.study.sealed
-    if not runs:
-        return {}
-    before, after = (rms(np.concatenate([model.compute_missed(run) for run in runs])) for model in (base, final))
-    return {"sealed": Gap(before=before, after=after, noise=noise)}
+def _measure_gaps(base: TorqueFit, final: TorqueFit) -> dict[str, Gap]:
+    """Return the gaps by group of rows; ``sealed`` are those of runs that took part in no choice, if there are any."""
+    noise = rms([run.sensor_std[0] for run in base.study.runs])
+    gaps = {
+        "fit": Gap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
+        "validate": Gap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
+    }
+    sealed = base.study.sealed
+    if sealed:
+        before, after = (rms(np.concatenate([model.compute_missed(run) for run in sealed])) for model in (base, final))
+        gaps["sealed"] = Gap(before=before, after=after, noise=noise)
+    return gaps
 
 
 def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
