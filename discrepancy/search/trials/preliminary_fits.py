@@ -143,7 +143,7 @@ def release_fits(s: Searcher, rough: Study, tried: Sequence[Tried]) -> list[Solu
     Returns
     -------
     list of Solution
-        Free fits, best first by `rank`.
+        Free fits, best first by `Searcher.rank`.
     """
     done = s.map_all("the best of them, released", partial(_release_fit, rough), tried)
     s.simulations += sum(calls for _, calls in done) * len(s.study.fitted)
