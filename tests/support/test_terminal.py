@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
 
@@ -103,7 +104,7 @@ def test_a_terminal_gets_a_bar_that_is_taken_away(monkeypatch: pytest.MonkeyPatc
     display.show("joint 4", 1, 4, "start 2 of 2")
     display.close()
     assert " 25 %" in stream.getvalue()
-    assert "joint 4 0:00 · start 2 of 2" in stream.getvalue()
+    assert re.search(r"joint 4 0:0\d · start 2 of 2", stream.getvalue())  # a loaded machine may need a second
     assert stream.getvalue().rstrip().endswith("\x1b[2K")  # the line is erased
 
 
