@@ -5,7 +5,7 @@ guess, not about the joint, so that nothing is said before the range is wider. T
 (`possible_range`), for a result is read again, and for stiction the torque that acted on the joint, which moved.
 
 1. Find the parameters at an end of their range that nobody stated and that physics does not set (`wider_ranges`).
-2. Widen these ranges and fit again, from the optimum alone where it is one of a free simulation.
+2. Widen these ranges and fit again, from the optimum alone.
 3. Keep the new fit where its cost is lower, and start again with it.
 4. Otherwise the data do not determine the parameter beyond the old end: it becomes ``unidentifiable``, with a sentence.
 5. Where a fit that was kept from one start is above the noise, let other starts say whether it is the best minimum. At
@@ -69,24 +69,25 @@ def fit_within_own_bounds(  # what is fitted, on which rows, within which ranges
         Its equations hold the ranges that it was made with.
     """
     first = found = fit_equations(equations, options)
-    alone = False
+    widened = False
     open_ends: tuple[str, ...] = ()
     for _ in range(THRESHOLDS.most_widenings_of_bounds):
         wider = wider_ranges(found, own, runs)
         if not wider:
             break
         ranged = equations.with_parameters(wider)
-        # From a minimum of the last gain one start takes a tenth of the time of all of them, and lowers the cost
-        # wherever the range alone held it.
-        by_one_start = found.observer_gain == options.gains[-1]
-        again = fit_equations(ranged, from_optimum(found, options, alone=by_one_start))
+        # From a minimum one start takes a tenth of the time of all of them, and lowers the cost wherever the range alone
+        # held it.
+        again = fit_equations(ranged, from_optimum(found, options, alone=True))
         if not _better(again, found, runs):
             open_ends = tuple(wider)
             break
-        found, equations, alone = again, ranged, by_one_start
-    if alone and (quiet(found, options) or (needs_finer_step is not None and needs_finer_step(found))):
+        found, equations, widened = again, ranged, True
+    # Within a wider range the motion may be followed without the observer, on the way of all gains.
+    free = found.observer_gain == options.gains[-1]
+    if widened and free and (quiet(found, options) or (needs_finer_step is not None and needs_finer_step(found))):
         found = with_agreement(found, first, options)
-    elif alone and (options.starts > 1 or len(options.gains) > 1):  # else it would be the same fit once more
+    elif widened and (options.starts > 1 or len(options.gains) > 1):  # else it would be the same fit once more
         everywhere = fit_equations(equations, from_optimum(found, options))
         found = found if _better(found, everywhere, runs) else everywhere
     found = _tell_open_ends(found, open_ends) if open_ends else found
