@@ -76,8 +76,8 @@ def fit_within_own_bounds(  # what is fitted, on which rows, within which ranges
         if not wider:
             break
         ranged = equations.with_parameters(wider)
-        # From a minimum one start takes a tenth of the time of all of them, and lowers the cost wherever the range alone
-        # held it.
+        # From a minimum one start takes a tenth of the time of all of them, and lowers the cost wherever the range
+        # alone held it.
         again = fit_equations(ranged, from_optimum(found, options, alone=True))
         if not _better(again, found, runs):
             open_ends = tuple(wider)
