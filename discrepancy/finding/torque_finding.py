@@ -9,6 +9,7 @@ import numpy as np
 
 from haptid.discrepancy.detect.localise import Map, Region
 from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.finding.soundness import Soundness
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.closed_loop import ClosedLoop
 from haptid.discrepancy.torque_search.search import TorqueSearch
@@ -69,7 +70,9 @@ class TorqueFinding:
     wall_s
         Wall time of all stages [s].
     doubted
-        Keys of the effects whose names are not certain (`torque_search.certain`).
+        Keys of the effects whose names are not certain (`torque_search.certain`, ``soundness``).
+    soundness
+        What inertia and free simulation say of the final model; None where they were not asked.
     """
 
     search: TorqueSearch
@@ -86,6 +89,7 @@ class TorqueFinding:
     stability: Mapping[str, float]
     wall_s: float
     doubted: frozenset[str] = frozenset()
+    soundness: Soundness | None = None
 
     @property
     def left(self) -> float:
@@ -172,10 +176,20 @@ class TorqueFinding:
             )
             if self.all_doubted and not self.worsens_position:
                 like = f" It is like {_write_names(effects)}, which the runs do not hold."
-            return f"Something is missing that no entry of the catalogue explains.{like} {self._measured}"
+            lead = f"Something is missing that no entry of the catalogue explains.{like}"
+            return f"{lead}{self._told_of_soundness} {self._measured}"
         doubted = _write_names([e for e in effects if e.key in self.doubted])
         unsure = f" Not certain: {doubted}." if doubted else ""
+        unsure += self._told_of_soundness
         return f"Missing in the model: {names}; they explain a part.{unsure}{self._told_of_rivals} {self._measured}"
+
+    @property
+    def _told_of_soundness(self) -> str:
+        """Sentences on what inertia and free simulation doubt; empty where that is nothing."""
+        if self.soundness is None or not self.soundness.doubted:
+            return ""
+        told = self.soundness.tell(self.search.final.effects, prismatic=self.search.study.prismatic)
+        return told if self.verdict == "unlisted" else f"{told} So no FMU has these effects."
 
     @property
     def _told_of_rivals(self) -> str:

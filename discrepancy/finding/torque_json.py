@@ -7,6 +7,7 @@ from typing import Any
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.closed_loop import ClosedLoop
+from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque_search.candidate import compare_candidates
 from haptid.discrepancy.torque_search.search import TorqueSearch
 from haptid.discrepancy.verdict.estimate import Estimate
@@ -61,7 +62,9 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "closed_loop": None
         if finding.nominal_loop is None or finding.final_loop is None
         else {"before": finding.nominal_loop.as_json(), "after": finding.final_loop.as_json()},
+        "nominal": final_values(found, finding.nominal_loop, found.base),
         "refit": final_values(found, finding.final_loop),
+        "soundness": None if finding.soundness is None else finding.soundness.as_json(),
         "rounds": len(found.steps),
         "refitted": sum(len(step.candidates) for step in found.steps),
         "simulations": found.simulations,
@@ -140,15 +143,17 @@ def effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
     }
 
 
-def final_values(found: TorqueSearch, loop: ClosedLoop | None) -> dict[str, float]:
-    """Return the parameters of the final model, with those of the drive: refitted where there is a controller.
+def final_values(found: TorqueSearch, loop: ClosedLoop | None, model: TorqueFit | None = None) -> dict[str, float]:
+    """Return the parameters of a model, with those of the drive: refitted where there is a controller.
 
     Parameters
     ----------
     found
         Result of the search.
     loop
-        Final model, refitted through the recorded controller; None without one.
+        The model, refitted through the recorded controller; None without one.
+    model
+        The model; the final one where None.
 
     Returns
     -------
@@ -157,5 +162,5 @@ def final_values(found: TorqueSearch, loop: ClosedLoop | None) -> dict[str, floa
     """
     if loop is not None:
         return dict(loop.values)
-    drive = found.study.drive
-    return found.final.values if drive is None else {**found.final.values, **drive.values}
+    drive, values = found.study.drive, (found.final if model is None else model).values
+    return values if drive is None else {**values, **drive.values}

@@ -4,7 +4,8 @@
 2. Compare the RMS of the residual torque before and after, on fitted and on held-out rows.
 3. Localise the residual torque of the nominal model.
 4. Where a controller was recorded, refit both models and the rivals through it (`torque.closed_loop`).
-5. Build the FMU with the named effects.
+5. Doubt effects that leave the rigid body no sense (`finding.soundness`).
+6. Build the FMU with the named effects.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from haptid.discrepancy.detect.localise import Map, maps, regions
 from haptid.discrepancy.finding.accuracy import Origin, of_torque_fit
 from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.finding.soundness import judge_soundness
 from haptid.discrepancy.finding.torque_finding import Remaining, TorqueFinding
 from haptid.discrepancy.finding.torque_json import effect_json, final_values, gaps_json
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -100,6 +102,8 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
     found = replace(found, rivals=_rivals_in_position(found, final_loop))
     stability = compute_stability(final, seed=seed)
+    tell("free simulation")
+    soundness = judge_soundness(base, final, nominal_loop, final_loop)
     finding = TorqueFinding(
         search=found,
         gaps=_measure_gaps(base, final),
@@ -114,10 +118,11 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         considered=len(known),
         stability=stability,
         wall_s=time.perf_counter() - began,
-        doubted=find_doubted(final, stability),
+        doubted=find_doubted(final, stability) | soundness.doubted,
+        soundness=soundness,
     )
-    # A surrogate must not reach the users' model.
-    if not final.effects or finding.verdict == "unlisted":
+    # A surrogate must not reach the users' model, nor an inertia that stands for something else.
+    if not final.effects or finding.verdict == "unlisted" or soundness.doubted:
         return finding
     # Built last: the FMU carries what the stages above found.
     tell("FMU")

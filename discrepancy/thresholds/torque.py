@@ -76,6 +76,22 @@ class TorqueThresholds:
 
     A cable and a Stribeck curve of another shape, which an axis had not, kept theirs in 0 and 0.18 of the bags.
     """
+    largest_rms_of_free_simulation: float = 1.25
+    """Position's RMS error in free simulation of unseen runs with named effects over that without, above which they are
+    doubted [1]: errors grow on the way, and more than through a controller is left to chance."""
+    largest_change_of_inertia: float = 2.0
+    """Inertia with an effect over that of the nominal model, or its inverse, above which the effect is doubted, and a
+    delay is not taken at all [1].
+
+    A nominal model takes inertia I, viscous friction c and a lag T of the torque for an inertia of I + c·T. That is
+    twice the inertia where T is the joint's own time constant I/c: a longer lag has changed places with the inertia. A
+    lag of 0.29 s, where the axis had none, left 0.73 kg of 24 kg.
+    """
+    least_change_of_inertia_in_standard_errors: float = 2.0
+    """The same change in standard errors of both models, below which it is none [1]."""
+    least_inertia_in_standard_errors: float = 2.0
+    """Inertia of the nominal model in its standard errors below which no free simulation is asked [1]: in a slow sweep
+    any small error of the torque lets the joint stick or run away, whatever the model."""
     degree_of_black_box: int = 7
     """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9

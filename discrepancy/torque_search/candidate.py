@@ -28,10 +28,13 @@ class TorqueCandidate:
         Twice the gain in log score of stretches that the other fitted stretches predict, counted alike.
     errors_gained
         Decrease of the energy of predicted stretches, in its standard errors over the stretches.
-    vetoed
-        Whether the model does worse on held-out rows than without the effect.
     significance
         √(twice the gain in log score on fitted stretches): the effect's amplitudes in standard errors.
+    vetoed
+        Whether the model does worse on held-out rows than without the effect.
+    stands_for_inertia
+        Whether the effect is a delay with which the inertia is far from that of the nominal model (`rigid_body`): then
+        it is no candidate, however well it fits.
     """
 
     key: str
@@ -41,16 +44,18 @@ class TorqueCandidate:
     errors_gained: float
     significance: float
     vetoed: bool
+    stands_for_inertia: bool = False
 
     @property
     def acceptable(self) -> bool:
         """Whether the model fits and predicts fitted stretches clearly better: then the effect is added."""
-        return self.bic > THRESHOLDS.torque.least_twice_gain and self.predicts_better
+        fits_better = self.bic > THRESHOLDS.torque.least_twice_gain
+        return fits_better and self.predicts_better and not self.stands_for_inertia
 
     @property
     def plausible(self) -> bool:
         """Whether the model fits and predicts fitted stretches better at all: then it may stand in another's place."""
-        return self.bic > 0.0 and self.predicts_better
+        return self.bic > 0.0 and self.predicts_better and not self.stands_for_inertia
 
     @property
     def predicts_better(self) -> bool:

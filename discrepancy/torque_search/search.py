@@ -2,7 +2,8 @@
 
 1. Fit the nominal model.
 2. Scan the catalogue, and refit the most promising effects.
-3. Add the best effect that fits and predicts better; repeat from step 2 until none does.
+3. Add the best effect that fits and predicts better, and is no lag that takes the inertia's place (`rigid_body`);
+   repeat from step 2 until none does.
 4. Leave out what does not keep its place beside the others (`eliminate`).
 5. Exchange each named effect for those that gained beside it, and keep what the runs cannot tell apart (`find_rivals`).
 
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
@@ -23,6 +24,7 @@ from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
 from haptid.discrepancy.torque_search.certain import compute_stability, find_doubted
+from haptid.discrepancy.torque_search.rigid_body import find_movers, moves_inertia
 from haptid.discrepancy.torque_search.ripple import with_ripple
 from haptid.discrepancy.torque_search.rivals import Rival, find_rivals
 from haptid.discrepancy.torque_search.scan import Promise, promises
@@ -119,14 +121,14 @@ def search_torque(
     known = {key: effect.at(scales) for key, effect in entries.items()}
     current, steps = base, []
     for _ in range(THRESHOLDS.torque.most_effects):
-        step = _step(study, current, known, tell)
+        step = _step(study, base, current, known, tell)
         steps.append(step)
         if step.taken is None:
             break
         taken = step.taken.model
         current = fit_model(study, taken.effects, taken.values)
     tell("backward elimination")
-    final = eliminate(study, current)
+    final = eliminate(study, current, base)
     # Without effects it is the nominal model, from a start that may end higher.
     final = final if final.effects else base
     tell("rivals")
@@ -134,7 +136,7 @@ def search_torque(
     return TorqueSearch(study=study, base=base, final=final, steps=tuple(steps), rivals=rivals)
 
 
-def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
+def eliminate(study: TorqueStudy, model: TorqueFit, base: TorqueFit) -> TorqueFit:
     """Leave out effects that do not keep their place beside the others, the weakest first.
 
     An early effect may have stood for several that came later. A doubted name has to earn its place as an added one
@@ -146,6 +148,8 @@ def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
         Study of the joint.
     model
         Model with all effects that were added.
+    base
+        Nominal model, whose inertia no effect may move far.
 
     Returns
     -------
@@ -153,7 +157,7 @@ def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
         Model whose every effect `TorqueCandidate.stays`, the doubted ones because the model predicts clearly better.
     """
     while model.effects:
-        doubted = find_doubted(model, compute_stability(model))
+        doubted = find_doubted(model, compute_stability(model)) | find_movers(base, model)
         trials = []
         for effect in model.effects:
             rest = tuple(e for e in model.effects if e is not effect)
@@ -166,18 +170,24 @@ def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
     return model
 
 
-def _step(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect], tell: Progress) -> TorqueStep:
+def _step(
+    study: TorqueStudy, base: TorqueFit, current: TorqueFit, entries: Mapping[str, Effect], tell: Progress
+) -> TorqueStep:
     ids, keys = {e.id for e in current.effects}, {e.key for e in current.effects}
     free = {key: e for key, e in entries.items() if e.again == (e.id in ids) and key not in keys}
     every = with_ripple(current, free)
     found = promises(study, current, every, lambda done: tell("scan of the catalogue", done, len(every)))
     best = _choose_refits(found)
     models = map_threads(
-        lambda promise: refit_candidate(study, current, promise), best, threads=study.threads,
+        lambda promise: refit_candidate(study, current, promise, base=base), best, threads=study.threads,
         count=lambda done: tell("refits with an effect", done, len(best)),
     )  # fmt: skip
-    refitted = [(p.effect.key, model) for p, model in zip(best, models, strict=True) if model is not None]
-    candidates = [compare_candidates(key, current, model) for key, model in refitted]
+    candidates = []
+    for promise, model in zip(best, models, strict=True):
+        if model is not None:
+            candidate = compare_candidates(promise.effect.key, current, model)
+            takes_inertia = delays_torque(promise.effect) and moves_inertia(base, model)
+            candidates.append(replace(candidate, stands_for_inertia=takes_inertia))
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
     winner = next((c for c in ranked if c.acceptable), None)
     return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner and _simplest_form(winner, ranked))
@@ -187,12 +197,14 @@ def _simplest_form(winner: TorqueCandidate, ranked: Sequence[TorqueCandidate]) -
     """Return the form of the winning effect with the fewest parameters over which the winner gains nothing.
 
     Gains over the model before are counted in correlation lengths of each form's own residual, so that they do not
-    compare two forms; a family of harmonics has to gain over the single wave itself.
+    compare two forms; a family of harmonics has to gain over the single wave itself. A form that elimination would
+    leave out again at once is none that the effect can have.
     """
     id, size = id_of(winner.key), winner.model.problem.n_parameters
     smaller = [c for c in ranked if id_of(c.key) == id and c.model.problem.n_parameters < size]
     for form in sorted(smaller, key=lambda c: c.model.problem.n_parameters):
-        if form.acceptable and not compare_candidates(winner.key, form.model, winner.model).acceptable:
+        keeps_place = form.acceptable and form.stays
+        if keeps_place and not compare_candidates(winner.key, form.model, winner.model).acceptable:
             return form
     return winner
 
@@ -217,7 +229,9 @@ def _choose_refits(found: Sequence[Promise]) -> list[Promise]:
     return [*chosen, *late[:1]]
 
 
-def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit | None:
+def refit_candidate(
+    study: TorqueStudy, current: TorqueFit, promise: Promise, *, base: TorqueFit | None = None
+) -> TorqueFit | None:
     """Refit everything with one effect more, from several starts.
 
     Parameters
@@ -228,11 +242,14 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
         Model that the effect extends.
     promise
         Effect with its start values.
+    base
+        Nominal model; ``current`` where None.
 
     Returns
     -------
     TorqueFit or None
-        The fit with the smallest residual on fitted rows; None where no start gives a finite torque.
+        The fit with the smallest residual on fitted rows; None where no start gives a finite torque. Of a delay, a fit
+        that leaves the inertia of the nominal model near goes before one that does not.
     """
     fits: list[TorqueFit] = []
 
@@ -248,7 +265,11 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
         # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
         # the travel.
         fit_from(current.values | study.guessed_friction | _scale_amplitudes(promise, 1.0))
-    return min(fits, key=lambda f: rms(f.fitted)) if fits else None
+    if not fits:
+        return None
+    # A lag and the joint's own time constant may change places and leave much the same.
+    delays, nominal = delays_torque(promise.effect), current if base is None else base
+    return min(fits, key=lambda f: (delays and moves_inertia(nominal, f), rms(f.fitted)))
 
 
 def _scale_amplitudes(promise: Promise, share: float) -> dict[str, float]:

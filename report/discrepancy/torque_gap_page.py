@@ -9,8 +9,10 @@ from matplotlib.axes import Axes
 
 from haptid.discrepancy.finding.drawn import TorqueLeft
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
+from haptid.model.equations.quantity import Quantity
 from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
@@ -124,19 +126,41 @@ def _gaps(finding: TorqueFinding) -> Table:
     return Table(header=header, rows=gap_rows(finding.gaps, shares, "stretches"))
 
 
+THROUGH_CONTROLLER = "refitted through the controller"
+
+
 def _effects(finding: TorqueFinding) -> Table:
-    final = finding.search.final
-    std = final.std
-    rows = [
-        (
-            *(e.id, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}".removesuffix(" 1")),
-            write_share(finding.stability, e.key),
-        )
-        for e in final.effects
-        for x in e.parameters
-        if not x.fixed
-    ]
-    return Table(header=("effect", "parameter", "value ± std", "named in bags of stretches"), rows=rows)
+    final, loop = finding.search.final, finding.final_loop
+    rows = []
+    for effect in final.effects:
+        for quantity in effect.parameters:
+            if quantity.fixed:
+                continue
+            refitted = [] if loop is None else [_in_unit(f"{loop.values[quantity.id]:.4g}", quantity)]
+            value = _value(final, quantity)
+            rows.append((effect.id, quantity.id, value, *refitted, write_share(finding.stability, effect.key)))
+    through = () if loop is None else (THROUGH_CONTROLLER,)
+    return Table(header=("effect", "parameter", "value ± std", *through, "named in bags of stretches"), rows=rows)
+
+
+def _nominal_parameters(finding: TorqueFinding) -> Table:
+    """Write the nominal model's own parameters without and with the effects beside each other."""
+    found, loop = finding.search, finding.final_loop
+    rows = []
+    for quantity in found.study.base.parameters:
+        if not quantity.fixed:
+            refitted = [] if loop is None else [_in_unit(f"{loop.values[quantity.id]:.4g}", quantity)]
+            rows.append((quantity.id, _value(found.base, quantity), _value(found.final, quantity), *refitted))
+    through = () if loop is None else (THROUGH_CONTROLLER,)
+    return Table(header=("parameter", "without the effects", "with the effects", *through), rows=rows)
+
+
+def _value(model: TorqueFit, quantity: Quantity) -> str:
+    return _in_unit(with_error(model.values[quantity.id], model.std[quantity.id]), quantity)
+
+
+def _in_unit(value: str, quantity: Quantity) -> str:
+    return f"{value} {quantity.unit}".removesuffix(" 1")
 
 
 def _rounds(finding: TorqueFinding) -> list[Table]:
@@ -198,7 +222,7 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Pa
             title="What is missing",
             anchor="what",
             paragraphs=write_formulas(found.final.effects),
-            tables=[_effects(finding)],
+            tables=[_effects(finding), _nominal_parameters(finding)],
         ),
         Section(title="Where the gap was", anchor="where", pictures=[where]),
         Section(title="What is left", anchor="left", pictures=[remaining_picture(finding)]),

@@ -104,7 +104,12 @@ TORQUE = of(
     "discrepancy/torque_gap_page.py",
     "test_gap_pages.py",
     ("closes 100 − X", "{100 * share:.0f}", "{100 - 100 * share:.0f}"),
-    ("a tenth of the standard deviation", "std[x.id])} {x.unit}", "std[x.id] / 10)} {x.unit}"),
+    ("a tenth of the standard deviation", "model.std[quantity.id])", "model.std[quantity.id] / 10)"),
+    (
+        "effects swapped",
+        "_value(found.base, quantity), _value(found.final",
+        "_value(found.final, quantity), _value(found.base",
+    ),
     ("BIC for evidence", 'f"{c.bic:.0f}", f"{c.evidence:.0f}"', 'f"{c.evidence:.0f}", f"{c.bic:.0f}"'),
     ("another candidate taken", '"yes" if c is step.taken', '"yes" if c is not step.taken'),
     ("directions swapped", '(left.up, "position grows"', '(left.down, "position grows"'),

@@ -28,8 +28,9 @@ WAVES = Quantity(id="n", unit="1", description="waves a turn", initial=4.0, fixe
 EFFECT = SimpleNamespace(
     id="cogging", key="cogging:harmonics", title="cogging torque", formula="a·sin(n·q)", parameters=(AMPLITUDE, WAVES)
 )
+INERTIA = Quantity(id="inertia", unit="kg m^2", description="inertia", initial=0.02)
 STUDY = SimpleNamespace(
-    delay=0.0,
+    delay=0.0, base=SimpleNamespace(parameters=(INERTIA, WAVES)),
     joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
     moving=(np.array([True, True, True, True]),),
     fitted_rows=(np.array([True, False, False, True]),), unseen_rows=(np.array([False, True, True, False]),),
@@ -39,8 +40,9 @@ STUDY = SimpleNamespace(
 
 def fitted(residual: list[float], *effects: SimpleNamespace, unseen: float = 0.0) -> SimpleNamespace:
     return SimpleNamespace(
-        residual=(np.array(residual),), effects=effects, calls=5, values={"a": 3.456e-3, "n": 7.0},
-        std={"a": 0.078e-3, "n": 0.0}, fitted=np.zeros(2), unseen=np.full(2, unseen),
+        residual=(np.array(residual),), effects=effects, calls=5,
+        values={"a": 3.456e-3, "n": 7.0, "inertia": 0.0234 if effects else 0.0357},
+        std={"a": 0.078e-3, "n": 0.0, "inertia": 0.0012}, fitted=np.zeros(2), unseen=np.full(2, unseen),
         study=STUDY,
     )  # fmt: skip
 
@@ -95,7 +97,26 @@ def test_the_torque_left_before_stands_before_that_after(torque):
 
 
 def test_an_effect_of_the_torque_has_its_value_and_its_error(torque):
-    assert torque.table("What is missing").rows[1:] == [["cogging", "a", "0.003456 ± 0.000078 N m", "87 %"]]
+    assert torque.table("What is missing", heading="effect").rows[1:] == [
+        ["cogging", "a", "0.003456 ± 0.000078 N m", "87 %"]
+    ]
+
+
+def test_the_nominal_parameters_stand_beside_those_with_the_effects(torque):
+    (table,) = [grid for grid in torque.tables if grid.header[:2] == ["parameter", "without the effects"]]
+    assert table.section == "What is missing"
+    assert table.rows == [
+        ["parameter", "without the effects", "with the effects"],
+        ["inertia", "0.0357 ± 0.0012 kg m^2", "0.0234 ± 0.0012 kg m^2"],
+    ]
+
+
+def test_a_refit_through_the_controller_has_a_column_of_its_own():
+    loop = SimpleNamespace(values={"a": 2.5e-3, "inertia": 0.0243}, rms={"fit": 1.0}, mean_absolute={})
+    seen = render(torque_gap_page, replace(FINDING, nominal_loop=loop, final_loop=loop), "An arm", measured=True)
+    effects, nominal = [grid for grid in seen.tables if grid.section == "What is missing"]
+    assert effects.row("cogging")["refitted through the controller"] == "0.0025 N m"
+    assert nominal.row("inertia")["refitted through the controller"] == "0.0243 kg m^2"
 
 
 def test_the_formula_of_an_effect_stands_there_once(torque):

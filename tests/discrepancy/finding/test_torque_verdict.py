@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.finding.soundness import Soundness
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 
 BEFORE = 50e-3
@@ -94,3 +95,32 @@ def test_names_stand_alone_only_where_none_is_doubted(doubted: tuple[str, ...], 
         "unlisted": "It is like one (title of one) and two (title of two), which the runs do not hold.",
     }
     assert told[verdict] in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("movers", "worsening", "told"),
+    [
+        ({"two"}, set(), "With two the inertia would be 0.73 kg instead of 24 kg. So no FMU has these effects."),
+        (
+            set(),
+            {"two"},
+            "With two a free simulation of unseen runs misses the position by 0.0435 m instead of 0.0329 m",
+        ),
+        ({"one", "two"}, set(), "which the runs do not hold. With one and two the inertia would be 0.73 kg instead"),
+    ],
+)
+def test_what_doubts_a_name_is_told(movers: set[str], worsening: set[str], told: str):
+    """A lag that an axis had not took the place of its inertia, and was told as certain."""
+    found = finding_that_leaves(5e-3, floor=19e-3, black_box=10e-3)
+    found.search.final.effects = tuple(SimpleNamespace(key=key, id=key, title=key) for key in ("one", "two"))
+    found.search.study = SimpleNamespace(prismatic=True, delay=0.0)
+    soundness = Soundness(
+        inertia=(24.0, 0.73), free=(32.9e-3, 43.5e-3), movers=frozenset(movers), worsening=frozenset(worsening)
+    )
+    found = replace(found, soundness=soundness, doubted=soundness.doubted)
+    assert found.verdict == ("unlisted" if len(movers) == 2 else "partly_named")
+    assert told in found.sentence
+    assert soundness.as_json() == {
+        "inertia": {"before": 24.0, "after": 0.73, "doubts": sorted(movers)},
+        "free_simulation_rms": {"before": 32.9e-3, "after": 43.5e-3, "doubts": sorted(worsening)},
+    }

@@ -1,0 +1,151 @@
+"""Whether a model with named effects is still one of the machine: nominal and final `TorqueFit` in, `Soundness` out.
+
+Named effects may explain a torque and leave the rigid body no sense: then whatever the model is used for goes wrong.
+Two things tell, beside the position through a recorded controller: the inertia, and the free simulation of unseen runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.torque.closed_loop import ClosedLoop
+from haptid.discrepancy.torque.fit import TorqueFit
+from haptid.discrepancy.torque.free_simulation import free_rms
+from haptid.discrepancy.torque_search.rigid_body import INERTIA, find_blamed, find_movers, is_far, tells_inertia
+from haptid.measurement.values.units import unit_for
+from haptid.model.effects.effect import Effect
+from haptid.support.numbers import plain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Soundness:
+    """What inertia and free simulation say of a model with named effects.
+
+    Parameters
+    ----------
+    inertia
+        Inertia of the nominal model and with the effects [kg m²], or [kg].
+    free
+        RMS error of the position of unseen runs in free simulation [rad], or [m], with both models; None where they
+        were not simulated.
+    movers
+        Keys of the effects that move the inertia too far.
+    worsening
+        Keys of the effects with which the free simulation is clearly worse.
+    """
+
+    inertia: tuple[float, float]
+    free: tuple[float, float] | None
+    movers: frozenset[str] = frozenset()
+    worsening: frozenset[str] = frozenset()
+
+    @property
+    def doubted(self) -> frozenset[str]:
+        """Keys of the effects that either doubts."""
+        return self.movers | self.worsening
+
+    def tell(self, effects: Sequence[Effect], *, prismatic: bool) -> str:
+        """Say what doubts the effects.
+
+        Parameters
+        ----------
+        effects
+            Effects of the model.
+        prismatic
+            Whether the joint is prismatic, for the units.
+
+        Returns
+        -------
+        str
+            One sentence each, with a space before; empty where nothing doubts them.
+        """
+        told = ""
+        if self.movers:
+            unit = unit_for("kg m^2", [prismatic])
+            before, after = (plain(value) for value in self.inertia)
+            told += (
+                f" With {_ids(effects, self.movers)} the inertia would be {after} {unit} instead of {before} {unit}."
+            )
+        if self.worsening and self.free is not None:
+            unit = unit_for("rad", [prismatic])
+            before, after = (f"{value:.3g} {unit}" for value in self.free)
+            told += (
+                f" With {_ids(effects, self.worsening)} a free simulation of unseen runs misses the position by {after}"
+                f" instead of {before} RMS."
+            )
+        return told
+
+    def as_json(self) -> dict[str, Any]:
+        """Convert to ``soundness`` of the finding's JSON.
+
+        Returns
+        -------
+        dict
+            ``inertia`` and ``free_simulation_rms`` before and after, each with the keys of the effects that it doubts.
+        """
+        free = None
+        if self.free is not None:
+            before, after = (value if math.isfinite(value) else None for value in self.free)
+            free = {"before": before, "after": after, "doubts": sorted(self.worsening)}
+        inertia = {"before": self.inertia[0], "after": self.inertia[1], "doubts": sorted(self.movers)}
+        return {"inertia": inertia, "free_simulation_rms": free}
+
+
+def judge_soundness(
+    base: TorqueFit, final: TorqueFit, nominal_loop: ClosedLoop | None, final_loop: ClosedLoop | None
+) -> Soundness:
+    """Judge a model by its inertia and its free simulation of unseen runs.
+
+    Parameters
+    ----------
+    base, final
+        Nominal model, and the model with the named effects.
+    nominal_loop, final_loop
+        Both refitted through the recorded controller; None without one.
+
+    Returns
+    -------
+    Soundness
+        With the inertia of the refit through the controller where that is the one that is far.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
+    """
+    every = frozenset(effect.key for effect in final.effects)
+    inertia, movers = (base.values[INERTIA], final.values[INERTIA]), find_movers(base, final)
+    loops = None if nominal_loop is None or final_loop is None else (nominal_loop.values, final_loop.values)
+    if every and not movers and loops is not None and _is_far_in_loop(base, final, *loops):
+        # No fit through the controller without each of them tells which one it is.
+        inertia, movers = (loops[0][INERTIA], loops[1][INERTIA]), every
+    asked = bool(every) and tells_inertia(base)
+    before, after = (free_rms(model) if asked else None for model in (base, final))
+    if before is None or after is None:
+        return Soundness(inertia=inertia, free=None, movers=movers)
+    most = THRESHOLDS.torque.largest_rms_of_free_simulation * before
+    worsening = find_blamed(final, lambda without: _is_within(free_rms(without), most)) if after > most else frozenset()
+    return Soundness(inertia=inertia, free=(before, after), movers=movers, worsening=worsening)
+
+
+def _is_far_in_loop(base: TorqueFit, final: TorqueFit, before: Mapping[str, float], after: Mapping[str, float]) -> bool:
+    """Say whether an inertia that was refitted through the controller is far from both nominal ones.
+
+    The refits have no covariance: the errors are those of the fits to the torque.
+    """
+    if base.std[INERTIA] == 0.0:
+        return False
+    error = math.hypot(base.std[INERTIA], final.std[INERTIA])
+    return all(is_far(nominal[INERTIA], after[INERTIA], error) for nominal in (base.values, before))
+
+
+def _is_within(value: float | None, most: float) -> bool:
+    return value is not None and value <= most
+
+
+def _ids(effects: Sequence[Effect], keys: frozenset[str]) -> str:
+    return " and ".join(dict.fromkeys(e.id for e in effects if e.key in keys))
