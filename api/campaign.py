@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, get_args
 import pandas as pd
 
 from haptid.api.arguments import check_choice, errors_name_arguments, joints_of, listener_of
-from haptid.api.identified import Identified, complete, identify_values
-from haptid.api.missing import Missing, find_values
+from haptid.api.find_missing import find_values
+from haptid.api.identified import Identified, complete
+from haptid.api.identify import identify_values
+from haptid.api.missing import Missing
 from haptid.api.place import Place, lock_place
 from haptid.api.shown import html_of
 from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -12,6 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import HoldsCampaign, check_choice, errors_name_arguments, joints_of, listener_of, only_one
+from haptid.api.identified_tables import named_entries, table_estimates, table_links, table_outcomes, table_runs
 from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
@@ -20,23 +20,17 @@ from haptid.fmu_build.export import package_result
 from haptid.fmu_build.multibody.mjcf import FrictionOf
 from haptid.fmu_build.multibody.write import Form, multibody_of_result, write_multibody
 from haptid.identification.job.export import export_models
-from haptid.identification.job.identify import identify
-from haptid.identification.job.job import Identification, Job
+from haptid.identification.job.job import Identification
 from haptid.identification.job.stored import stored_steps
 from haptid.identification.output.summary import tell_summary
 from haptid.identification.output.traces import Trace, traces_of
-from haptid.identification.problem.options import FitOptions
-from haptid.identification.result.outcome import tell_status
 from haptid.identification.sequence.carried_fit import FILE
-from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.embedded import name_of
 from haptid.measurement.values.campaign import Campaign as Values
-from haptid.measurement.values.units import unit_for
 from haptid.measurement.values.warning import warn
-from haptid.model.equations.joint_parameters import sliding
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
 from haptid.report.identification.drawings import Drawings
@@ -50,11 +44,6 @@ from haptid.support.tables import Told, text_of
 if TYPE_CHECKING:
     from haptid.api.missing import Missing
     from haptid.api.posteriors import Posteriors
-
-PARAMETER = ("value", "std", "unit", "status", "description")
-"""Keys of a parameter in ``identification.json`` that a table shows."""
-MOST_DRAWN_AT_THE_END = 2
-"""Most configurations that are drawn in this process at the end: another one starts as slowly as it draws two."""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -134,16 +123,7 @@ class Identified:
             ``unidentifiable``, ``at_bound``) and meaning. An unidentifiable value is one of many that fit as well: its
             standard deviation is NaN.
         """
-        rows = []
-        for name, entry in self._entries():
-            for id, one in entry["parameters"].items():
-                row = {"configuration": name, "parameter": id, **{key: one.get(key) for key in PARAMETER}}
-                if row["status"] == "unidentifiable":
-                    row["std"] = math.nan
-                row["status"] = tell_status(row["status"], entry.get("outcome", ""))
-                rows.append(row)
-            rows += [{"configuration": name, **row} for row in _constant_torques(entry)]
-        return pd.DataFrame(rows).set_index(["configuration", "parameter"])
+        return table_estimates(self.data)
 
     def links(self) -> pd.DataFrame:
         """Return the masses, centroids and inertias of the links; empty where the device was not identified as a whole.
@@ -153,14 +133,7 @@ class Identified:
         DataFrame
             One row a link and parameter: value, standard deviation, unit and status.
         """
-        rows = [
-            {"link": link, "parameter": id, **one}
-            for link, table in self.data["links"].items()
-            for id, one in table.items()
-        ]
-        return pd.DataFrame(rows, columns=["link", "parameter", "value", "std", "unit", "status"]).set_index(
-            ["link", "parameter"]
-        )
+        return table_links(self.data)
 
     def outcomes(self) -> pd.DataFrame:
         """Return how the fits ended.
@@ -171,14 +144,7 @@ class Identified:
             One row a configuration: outcome, a sentence on it, and the largest RMS over noise of the fitted and of the
             unseen runs.
         """
-        runs = self.runs()
-        rows = []
-        for name, entry in self._entries():
-            own = runs[runs.configuration == name]
-            worst = {f"{use}_over_noise": own.rms_over_noise[own.use == use].max() for use in ("fit", "validate")}
-            said = {"outcome": entry["outcome"], "sentence": entry.get("outcome_sentence", "")}
-            rows.append({"configuration": name, **said, **worst})
-        return pd.DataFrame(rows).set_index("configuration")
+        return table_outcomes(self.data)
 
     def runs(self) -> pd.DataFrame:
         """Return the residuals of all runs.
@@ -189,17 +155,7 @@ class Identified:
             One row a configuration and run: use, RMS of measured − simulated, its unit (that of a torque where the
             torque was scored), and RMS over the sensor's noise, 1 for noise alone.
         """
-        rows = []
-        for name, entry in self._entries():
-            torque = entry.get("scored") == "torque"
-            for run in entry["runs"]:
-                rms = run["rmse_Nm"] if torque else run["rmse_rad"]
-                rows.append({
-                    "configuration": name, "file": run["file"], "use": run["use"], "rms": rms,
-                    "unit": unit_for("N m" if torque else "rad", _slides(entry)),
-                    "rms_over_noise": run["rmse_over_noise"],
-                })  # fmt: skip
-        return pd.DataFrame(rows)
+        return table_runs(self.data)
 
     def plot_fit(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
         """Plot the measured and the simulated signal of a run over time.
@@ -403,7 +359,7 @@ class Identified:
         InputError, NumericalError
             As `Campaign.find_missing`; also where the results were read without their campaign.
         """
-        from haptid.api.missing import find_values  # noqa: PLC0415 (an identification alone need not load the search)
+        from haptid.api.find_missing import find_values  # noqa: PLC0415 (an identification alone need not load the search)
 
         with errors_name_arguments(), lock_place(self.place.lasting), listener_of(progress) as listener:
             return find_values(
@@ -454,21 +410,13 @@ class Identified:
 
     def __repr__(self) -> str:
         """Return campaign and configurations in a line."""
-        return f"Identified({self.data['campaign']!r}: {', '.join(name for name, _ in self._entries())})"
+        return f"Identified({self.data['campaign']!r}: {', '.join(name for name, _ in named_entries(self.data))})"
 
     def _repr_html_(self) -> str:
         """Return outcomes, residuals and estimates for a notebook."""
         tables = {"outcomes": self.outcomes(), "runs": self.runs(), "parameters": self.summary()}
         said = "RMS over noise is 1 where only the sensor's noise is left."
         return html_of(self.data["campaign"], said, tables, measured=self.measured)
-
-    def _entries(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
-        """Yield name and entry of each configuration; several postures of the same joints are numbered."""
-        seen: dict[tuple[int, ...], int] = {}
-        for entry in self.data["configurations"]:
-            free = tuple(entry["free_joints"])
-            seen[free] = seen.get(free, 0) + 1
-            yield Configuration(free_joints=free, posture=(), runs=(), number=seen[free]).name, entry
 
     def _values(self, call: str) -> Values:
         if self.values is None:
@@ -493,74 +441,9 @@ class Identified:
         return trace, trace.joints.index(number)
 
 
-def _slides(entry: Mapping[str, Any]) -> list[bool]:
-    """Return whether each free joint of a configuration is prismatic, by the units of their springs."""
-    springs = [one for id, one in entry["parameters"].items() if id == "Ks" or id.startswith("Ks_")]
-    return [one["unit"] == sliding("N m/rad") for one in springs] or [False]
-
-
 def _label(axes: Axes, trace: Trace) -> None:
     axes.set_title(title_of(trace), fontsize=8)
     axes.set_xlabel("time [s]")
-
-
-def identify_values(  # noqa: PLR0913 # one argument a choice
-    values: Values,
-    place: Place,
-    listener: Listener,
-    drawings: Drawings,
-    *,
-    joints: tuple[int, ...] | None,
-    kind: Kind | None,
-    options: FitOptions,
-    scheduler: str | None,
-    made_by: str,
-) -> Identified:
-    """Identify a campaign; ``identification.json`` and draws are written into the folder.
-
-    Parameters
-    ----------
-    values
-        Campaign that is ready for fits.
-    place
-        Folder of the results.
-    listener
-        Told of remarks and of each configuration.
-    drawings
-        Where the report's drawings of finished configurations begin.
-    joints, kind, options, scheduler
-        As `Campaign.identify` takes them.
-    made_by
-        Command or call, for the reader of the results.
-
-    Returns
-    -------
-    Identified
-
-    Raises
-    ------
-    InputError, NumericalError
-        As `Campaign.identify`.
-    """
-    device = device_of(values)
-    job = Job(
-        campaign=values,
-        device=device,
-        configurations=configurations_of(values, device, joints),
-        options=options,
-        kind=kind,
-        out=place.path,
-        scheduler=scheduler,
-        made_by=made_by,
-    )
-    many = len(job.configurations) > MOST_DRAWN_AT_THE_END
-
-    def finished(step: Step) -> None:
-        if many:
-            drawings.begin(step, job.build)
-
-    made = identify(job, listener, finished)
-    return Identified(data=made.data, place=place, values=values, steps=made.steps, made=made)
 
 
 def complete(identified: Identified, listener: Listener, drawings: Drawings, *, report: bool, fmus: bool) -> list[Path]:
@@ -606,27 +489,3 @@ def complete(identified: Identified, listener: Listener, drawings: Drawings, *, 
         write_page(folder / "report.html", page)
     made.finish(folder)
     return exported
-
-
-def _constant_torques(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the constant torques of an entry whose result is the plain model."""
-    if entry.get("outcome") != "plain" or not entry.get("baseline"):
-        return []
-    rows = []
-    for id, one in entry["baseline"]["parameters"].items():
-        if id.split("_")[0] == "offset":
-            std = math.nan if one["std"] is None else one["std"]
-            status = tell_status("identified" if math.isfinite(std) else "unidentifiable", entry["outcome"])
-            slides = one["unit"] == "N"
-            about = f"constant {'force, which gravity_cos holds' if slides else 'torque, which Ks and epos stand for'}"
-            rows.append(
-                {
-                    "parameter": id,
-                    "value": one["value"],
-                    "std": std,
-                    "unit": one["unit"],
-                    "status": status,
-                    "description": about,
-                }
-            )
-    return rows

@@ -4,33 +4,25 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pandas as pd
 from matplotlib.axes import Axes
 
-from haptid.api.arguments import check_choice, errors_name_arguments, joints_of, only_one
+from haptid.api.arguments import errors_name_arguments, only_one
 from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
-from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS, Job, entries_without
 from haptid.discrepancy.job.search import (
     AnyFinding,
-    Prepared,
-    SearchByPosition,
-    SearchByTorque,
-    prepare_alone,
-    prepare_together,
 )
-from haptid.discrepancy.job.summary import finding_json, tell_finding
-from haptid.fmu_build.building.packaging import Kind
-from haptid.measurement.checks.motion import in_first_postures
+from haptid.discrepancy.job.summary import tell_finding
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.page import Page
@@ -43,8 +35,7 @@ from haptid.report.discrepancy.torque_gap_page import draw_torque_left, torque_g
 from haptid.report.discrepancy.where_pictures import draw_shares
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.errors import InputError
-from haptid.support.files.files import read_json, write_json
-from haptid.support.listener import Listener
+from haptid.support.files.files import read_json
 from haptid.support.tables import Told, text_of
 
 FOLDER = "discrepancy"
@@ -314,7 +305,7 @@ class Missing:
         """
         with errors_name_arguments(), lock_place(folder):
             saved = replace(self, place=self.place.copy_to(folder))
-            _write_report(saved)
+            write_report(saved)
             return saved
 
     def __str__(self) -> str:
@@ -377,99 +368,19 @@ def _label(axes: Axes, curve: Curve, quantity: str) -> None:
     axes.legend()
 
 
-def find_values(  # noqa: PLR0913 # one argument a choice
-    values: Values,
-    joint: int | Sequence[int] | None,
-    place: Place,
-    listener: Listener,
-    *,
-    without: Sequence[str],
-    own_effects: Path | None = None,
-    kind: Kind = "python",
-    seed: int,
-    starts: int = MOST_STARTS,
-    effort: int = MOST_EFFORT,
-    workers: int,
-) -> Missing:
-    """Find what is missing in a joint's model.
+def write_report(made: Missing) -> None:
+    """Write the page of a finding, and the pictures of a search in the position; one that was read has them.
 
     Parameters
     ----------
-    values
-        Campaign that is ready for fits.
-    joint, without, own_effects, kind, seed, starts, effort, workers
-        As `Campaign.find_missing` takes them.
-    place
-        Folder of the results, perhaps with those of an identification.
-    listener
-        Told of each step.
-
-    Returns
-    -------
-    Missing
+    made
+        Result whose folder is written into.
 
     Raises
     ------
-    InputError, NumericalError
-        As `Campaign.find_missing`.
+    WritingError
+        Where the folder cannot be written.
     """
-    joints = joints_of("joint", joint)
-    check_choice("kind", kind, get_args(Kind))
-    values = in_first_postures(values)
-    job = Job(
-        campaign=values, entries=entries_without(without, own_effects), out=place.path, kind=kind, seed=seed,
-        starts=starts, effort=effort, threads=workers,
-    )  # fmt: skip
-    if joints is None or not isinstance(joint, Iterable):
-        number = only_one(None if joints is None else joints[0], values.joints)
-        return carry_out(prepare_alone(job, number), place, listener)
-    return carry_out(prepare_together(job, tuple(sorted(joints))), place, listener)
-
-
-def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
-    """Carry out a search; its JSON, and the FMU with what it names, are written into the folder.
-
-    Parameters
-    ----------
-    search
-        Prepared search.
-    place
-        Folder of the results.
-    listener
-        Told of each step.
-
-    Returns
-    -------
-    Missing
-
-    Raises
-    ------
-    NumericalError
-        As `Campaign.find_missing`.
-    """
-    job = search.job
-    remark = search.remark if isinstance(search, SearchByPosition) else ""
-    if remark:
-        listener.note(remark)
-
-    def tell(title: str, done: float = 0, total: int | None = None, figures: str = "") -> None:
-        listener.progress(f"{search.title}: {title}", done, total, figures)
-
-    finding = search.find(tell)
-    data = finding_json(finding, measured=job.campaign.measured, seed=job.seed)
-    made = Missing(
-        finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign,
-        remark=remark, left_out="" if isinstance(search, SearchByTorque) else search.left_out,
-    )  # fmt: skip
-    write_json(made.file, data)
-    Drawn.of(finding).save(made.file.with_suffix(SUFFIX))
-    if not place.temporary:
-        _write_report(made)
-    return made
-
-
-def _write_report(made: Missing) -> None:
-    """Write the page of a finding, and the pictures of a search in the position; one that was read has them."""
     if made.finding is None or made.values is None:
         return
     write_page(made.file.with_suffix(".html"), _page_of(made.finding, made.values))

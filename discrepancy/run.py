@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from haptid.api.missing import carry_out
+from haptid.api.find_missing import carry_out
 from haptid.api.place import Place
 from haptid.discrepancy.commands import missing as main
 from haptid.discrepancy.finding.stages import run_stages

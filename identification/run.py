@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from haptid.api.identified import complete, identify_values
+from haptid.api.identified import complete
+from haptid.api.identify import identify_values
 from haptid.api.place import Place
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.identification.calibration.calibrate import calibrate

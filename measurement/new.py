@@ -7,7 +7,7 @@ import sys
 import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -103,8 +103,48 @@ def make_campaign(
         _refuse_absent_joints(prepared, str(answers.device))
         answers = _with_constant(answers, prepared, asks=asks)
     assumed += _assume_one_constant(prepared, answers)
+    written = _write_checked(out, folder, prepared, answers)
+    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
+    if assumed:
+        click.echo("\n".join(["assumed, unless a flag says otherwise:", *(f"  {sentence}" for sentence in assumed)]))
+    _tell_written(written, out)
+    understood = {
+        column: {"name": target.name, "factor": target.factor}
+        for one in prepared
+        for column, target in one.targets.items()
+    }
+    campaign = written.campaign
+    runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
+    head = {"campaign": str(out), "title": campaign.title, "device": written.device, "measured": campaign.measured}
+    found = {"remarks": written.remarks, "refused": written.refused or None}
+    return {**head, "understood": understood, "runs": runs, "assumed": assumed, **found}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Written:
+    """A campaign that was written, and what its check said.
+
+    Parameters
+    ----------
+    campaign
+        As it was read from its draft.
+    device
+        Its device, by its place in the written campaign.
+    refused
+        Why a fit would refuse the campaign; empty where none would.
+    remarks
+        On likely slips.
+    """
+
+    campaign: Campaign
+    device: str
+    refused: str
+    remarks: list[str]
+
+
+def _write_checked(out: Path, folder: Path, prepared: list[PreparedTable], answers: Answers) -> _Written:
+    """Write and check a campaign beside its place, then move it: one that cannot be read never has its name."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         inner = Path(draft) / out.name
         _write(inner, prepared, answers)
@@ -115,26 +155,19 @@ def make_campaign(
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
-    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
-    if assumed:
-        click.echo("\n".join(["assumed, unless a flag says otherwise:", *(f"  {sentence}" for sentence in assumed)]))
     device = campaign.device.replace(str(inner), str(out))
+    return _Written(campaign=campaign, device=device, refused=refused, remarks=remarks)
+
+
+def _tell_written(written: _Written, out: Path) -> None:
+    campaign = written.campaign
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
-    about = f"{count_of(len(campaign.runs), 'run')}, free joints {kinds}, {campaign.label} data, device {device}"
-    click.echo(f"wrote {out}: {about}")
-    for remark in remarks:
+    count = count_of(len(campaign.runs), "run")
+    click.echo(f"wrote {out}: {count}, free joints {kinds}, {campaign.label} data, device {written.device}")
+    for remark in written.remarks:
         click.echo(f"remark: {remark}")
     check = f"{word_command('check', 'measurement.check')} {out}"
-    click.echo(f"to mend before a fit: {refused}" if refused else f"next: {check}")
-    understood = {
-        column: {"name": target.name, "factor": target.factor}
-        for one in prepared
-        for column, target in one.targets.items()
-    }
-    runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
-    head = {"campaign": str(out), "title": campaign.title, "device": device, "measured": campaign.measured}
-    found = {"remarks": remarks, "refused": refused or None}
-    return {**head, "understood": understood, "runs": runs, "assumed": assumed, **found}
+    click.echo(f"to mend before a fit: {written.refused}" if written.refused else f"next: {check}")
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:

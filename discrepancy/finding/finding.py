@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.candidate import Candidate
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.localise import Map, Region, excess, maps, regions
 from haptid.discrepancy.finding.accuracy import Origin, of_refit
 from haptid.discrepancy.finding.gap import Gap
@@ -24,7 +25,7 @@ from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild, refit
 from haptid.discrepancy.fit.held_out import Prediction, predict
 from haptid.discrepancy.fit.stability import Stretches, stability_of
 from haptid.discrepancy.fit.standard_errors import of_curvature
-from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.search.search import search
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study
@@ -160,18 +161,9 @@ def find(
         refitted = refit(study, found, best.solution.effects, kind)
         if judgement.verdict == "partly_named":
             judgement = judgement.beside(refitted)
-    before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
-    groups = {"fit": (study.fitted, before_fit, after_fit)}
-    if study.unseen:
-        groups["validate"] = (study.unseen, plain.prediction, best.prediction)
-    if study.sealed:
-        before, after = (predict(study, one.solution, study.sealed) for one in (plain, best))
-        groups["sealed"] = (study.sealed, before, after)
-    shown = (
-        (study.unseen, plain.prediction.y, best.prediction.y)
-        if study.unseen
-        else (study.fitted, before_fit.y, after_fit.y)
-    )
+    groups = _predict_groups(study, plain, best)
+    _, before_fit, _ = groups["fit"]
+    shown, before, after = groups.get("validate", groups["fit"])
     joint, energy = most_missed((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
     finding = Finding(
         joints=study.fitted[0].free_joints,
@@ -181,7 +173,7 @@ def find(
         gaps={
             name: _gap(*group, refitted, _beside(study, found, group[0], group[2])) for name, group in groups.items()
         },
-        curves=curves_of(*shown),
+        curves=curves_of(shown, before.y, after.y),
         maps=energy,
         gap_joint=joint,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
@@ -197,6 +189,20 @@ def find(
     name = "_".join((study.name, *law, *(e.id for e in best.solution.effects)))
     rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy)
     return replace(finding, rebuilt=rebuilt, wall_s=time.perf_counter() - began)
+
+
+def _predict_groups(
+    study: Study, plain: Candidate, best: Candidate
+) -> dict[str, tuple[tuple[Run, ...], Prediction, Prediction]]:
+    """Predict each group of runs by the nominal and by the best model."""
+    before, after = (predict(study, one.solution, study.fitted) for one in (plain, best))
+    groups = {"fit": (study.fitted, before, after)}
+    if study.unseen:
+        groups["validate"] = (study.unseen, plain.prediction, best.prediction)
+    if study.sealed:
+        before, after = (predict(study, one.solution, study.sealed) for one in (plain, best))
+        groups["sealed"] = (study.sealed, before, after)
+    return groups
 
 
 def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Array]) -> tuple[Curve, ...]:

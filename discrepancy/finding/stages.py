@@ -17,7 +17,7 @@ from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.finding.finding import Curve, curves_of, most_missed
 from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.solution import Solution
-from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, under_own_noise
+from haptid.discrepancy.search.nominal_model import fit_nominal_model, score_catalogue, under_own_noise
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.support.linear_algebra import rms

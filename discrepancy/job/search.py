@@ -13,7 +13,8 @@ from typing import Any, TypeAlias
 from haptid.discrepancy.finding.accuracy import origin_of
 from haptid.discrepancy.finding.finding import Finding, find
 from haptid.discrepancy.finding.full_model import WholeFinding, whole_finding
-from haptid.discrepancy.finding.torque_finding import TorqueFinding, find_torque
+from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.discrepancy.finding.torque_stages import find_torque
 from haptid.discrepancy.job.job import Job
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, begun_at, study_of, with_positions

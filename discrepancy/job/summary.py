@@ -7,7 +7,8 @@ from typing import Any
 from haptid.discrepancy.finding.finding import Finding
 from haptid.discrepancy.finding.finding import as_json as position_json
 from haptid.discrepancy.finding.full_model import WholeFinding
-from haptid.discrepancy.finding.torque_finding import TorqueFinding, torque_json
+from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.discrepancy.finding.torque_json import torque_json
 from haptid.discrepancy.job.search import AnyFinding
 from haptid.measurement.values.units import unit_for
 from haptid.support.tables import Table, Told

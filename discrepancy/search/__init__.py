@@ -1,1 +1,1 @@
-"""Study in, `SearchResult` out: forward selection, backward elimination, contenders."""
+"""Study in, `Search` out: nominal model, forward selection, backward elimination, contenders."""

@@ -9,10 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from haptid.discrepancy.candidate.candidate import Trial, chosen, keys_of
-from haptid.discrepancy.candidate.refit import Candidate, refit_with, score_candidate
+from haptid.discrepancy.candidate.candidate import Candidate, score_candidate
+from haptid.discrepancy.candidate.refit import refit_with
+from haptid.discrepancy.candidate.trial import Trial, chosen, keys_of
 from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.finishing import finish_best
+from haptid.discrepancy.search.trials.judging import judge_candidate
+from haptid.discrepancy.search.trials.preliminary_fits import begin_effects
+from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
@@ -50,7 +54,7 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
     for key in best.solution.random:
         if not best.solution.effects or key not in less:
             continue
-        smaller = s.trial(less[key], start.candidate)
+        smaller = judge_candidate(s, less[key], start.candidate)
         made.append(smaller)
         if smaller.adequate and _costs(smaller, best) < THRESHOLDS.candidate.least_gain_in_criterion:
             best = smaller
@@ -59,7 +63,7 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
     for key in [e.key for e in best.solution.effects[:-1]]:
         if len(less) < 2 or key not in less:
             break
-        smaller = s.trial(less[key], start.candidate)
+        smaller = judge_candidate(s, less[key], start.candidate)
         made.append(smaller)
         cheaper = smaller.adequate and _costs(smaller, best) < THRESHOLDS.candidate.least_gain_in_criterion
         better = smaller if cheaper else None
@@ -67,7 +71,8 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
         hopeless = best.left.far or (full and not best.adequate)
         tried_before = keys_of(smaller.solution) in s.extended
         if better is None and not (smaller.adequate or hopeless or tried_before or (not best.adequate and s.is_over())):
-            tried = s.step(smaller.candidate, s.ready(smaller.solution, THRESHOLDS.search.most_effects_continued))
+            fits = begin_effects(s, smaller.solution, THRESHOLDS.search.most_effects_continued)
+            tried = finish_best(s, smaller.candidate, fits)
             made += tried
             winner = chosen(tried)
             better = winner if winner is not None and _improves(winner, best) else None
@@ -106,7 +111,7 @@ def prune_stand_ins(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Tr
     best = min(full, key=lambda t: t.candidate.criterion, default=None)
     if best is None:
         return []
-    tried = [s.trial(less, start.candidate) for less in _less(s, best.solution).values()]
+    tried = [judge_candidate(s, less, start.candidate) for less in _less(s, best.solution).values()]
     needed = replace(best, worth=min(_costs(t, best) for t in tried))
     kept = [t for t in (needed, *tried) if t.adequate and t.acceptable]
     return kept or prune_stand_ins(s, tried, start)

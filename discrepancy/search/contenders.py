@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-from haptid.discrepancy.candidate.candidate import Trial
-from haptid.discrepancy.candidate.refit import likeliest
-from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.candidate.refit import fit_briefly, likeliest
+from haptid.discrepancy.candidate.trial import Trial
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.search.trials.finishing import finish
+from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.study.study import Study
-from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Noise
@@ -56,13 +56,13 @@ def fit_contenders(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         for left in (others, *([e for e in others if e is not other] for other in others)):
             begun = s.each(partial(_start_contender, [*left, contender], best.solution.noise), places)
             s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
-            made.append(s.finish(start.candidate, likeliest(*begun)))
+            made.append(finish(s, start.candidate, likeliest(*begun)))
     return made
 
 
 def _start_contender(effects: Sequence[Effect], noise: Noise, study: Study, place: Place) -> Solution:
     values, x0 = place
-    return solve(study, effects, noise, values, x0=x0, iterations=THRESHOLDS.candidate.first_try_simulations)
+    return fit_briefly(study, effects, noise, values, x0)
 
 
 def _iterate_contenders(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:

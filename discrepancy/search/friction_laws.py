@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import likeliest, settle
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.inner_step import at_step, step_for
 from haptid.discrepancy.detect.omnibus import omnibus
 from haptid.discrepancy.fit.nominal_fit import Base

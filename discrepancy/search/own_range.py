@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.fit.nominal_fit import stiffer_study
 from haptid.discrepancy.search.step_refinement import Closer, fit_again
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 

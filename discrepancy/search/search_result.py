@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial, keys_of
-from haptid.discrepancy.candidate.refit import Candidate
+from haptid.discrepancy.candidate.candidate import Candidate
+from haptid.discrepancy.candidate.trial import Trial, keys_of
 from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.fit.nominal_fit import Base
 from haptid.discrepancy.study.study import Study

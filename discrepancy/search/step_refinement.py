@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from haptid.discrepancy.candidate.candidate import Trial, chosen
 from haptid.discrepancy.candidate.refit import settle
+from haptid.discrepancy.candidate.trial import Trial, chosen
 from haptid.discrepancy.detect.inner_step import at_step, step_for, visible
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.judging import judge_candidate
+from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
@@ -100,7 +101,7 @@ def fit_again(s: Searcher, trial: Trial) -> Trial:
     -------
     Trial
     """
-    judged = s.trial(settle(s.study, trial.solution.effects, trial.solution))
+    judged = judge_candidate(s, settle(s.study, trial.solution.effects, trial.solution))
     now, then = judged.candidate, trial.candidate
     return replace(
         judged,

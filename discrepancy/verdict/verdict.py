@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.inner_step import at_step
 from haptid.discrepancy.fit.discontinuity import around, torques
 from haptid.discrepancy.fit.scatter import degrees_of_freedom

@@ -14,7 +14,7 @@ import numpy as np
 from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-from haptid.model.device.stated_parameters import ROWS, possible_range
+from haptid.model.device.stated_parameters import ROWS, possible_range, possible_value
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 
@@ -56,10 +56,7 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
 def _possible(id: str, value: float) -> float:
     """Keep a joint's parameter within what a file may state: least squares give 0 to friction that is not there."""
     name = re.sub(r"_\d+$", "", id)
-    if name not in ROWS:
-        return value
-    least, most = possible_range(name)
-    return min(max(value, least), most)
+    return possible_value(name, value) if name in ROWS else value
 
 
 def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:

@@ -20,14 +20,14 @@ error of the inner step shows beside the noise, it is repeated at a finer one (`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.driven import compare_driven
 from haptid.identification.fit.multistart import fit, from_optimum, with_agreement
-from haptid.identification.fit.own_bounds import fit_within_own_bounds
+from haptid.identification.fit.own_bounds import fit_within_own_bounds, largest_command
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.plain_guess import friction_left_open
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
@@ -164,9 +164,7 @@ class JointTest:
 
         Infinite for a drive, whose command is none, and for a free swing, whose torque is zero throughout.
         """
-        if self.equations.drive is not None:
-            return np.inf
-        return float(max((np.abs(run.u).max() for run in self.runs if run.use == "fit"), default=np.inf)) or np.inf
+        return largest_command(self.equations, self.runs) or np.inf
 
     def with_positions(self, found: Fit) -> JointTest:
         """Return the same test with positions for readings, where the fit found encoder zeros.
@@ -242,11 +240,13 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
             fit_position, equations, test.runs, own, options, needs_finer_step=needs_finer_step
         )  # fmt: skip
 
+    steps = _NeededSteps(test, options)
+
     def needs_finer_step(found: Fit) -> bool:
-        return found.observer_gain == 0.0 and at_needed_step(test, found, options) is not None
+        return found.observer_gain == 0.0 and steps.find_test(found) is not None
 
     seen = fit_within(test.equations, trial)
-    if strategy.kind == "open_loop" and (finer := at_needed_step(test, seen, options)) is not None:
+    if strategy.kind == "open_loop" and (finer := steps.find_test(seen)) is not None:
         alone = seen.observer_gain == options.gains[-1]
         made = _best_of_both(finer, from_optimum(seen, options, alone=alone), workers)
         # The minimum moves little with the step: a descent from it stays in the basin on which the starts agreed.
@@ -257,17 +257,49 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     best = Fitted(fit=seen, torque_scored=False, compared=test.with_positions(seen).compare(seen.values))
     if quiet(seen, options) or not both:
         return best
-    delay = best.compared.delay_s
+    scored = _score_torque(test, seen, best.compared.delay_s, options, workers)
+    better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
+    return scored if better else best
+
+
+def _score_torque(test: JointTest, seen: Fit, delay: float, options: FitOptions, workers: Workers | None) -> Fitted:
+    """Fit the torque of a controlled joint, and say what the fit through the observer ``seen`` would leave."""
     found = fit_torque(
         test.equations, test.runs, stated=test.stated, delay=delay, position=test.simulator(test.equations),
         options=options, workers=workers,
     )  # fmt: skip
+    strategy = choose_for(test.runs)
     over = plain(seen.basins[0].over_noise)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
-    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
-    better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
-    return scored if better else best
+    return Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
+
+
+@dataclass(slots=True)
+class _NeededSteps:
+    """Tests at the inner steps that fits of one test need; each fit is asked about once.
+
+    Parameters
+    ----------
+    test, options
+        As `at_needed_step` takes them.
+    known
+        Fits that were asked about, each with the test at a finer step or None.
+    """
+
+    test: JointTest
+    options: FitOptions
+    known: list[tuple[Fit, JointTest | None]] = field(default_factory=list)
+
+    def find_test(self, found: Fit) -> JointTest | None:
+        """Return what `at_needed_step` returns."""
+        for one, finer in self.known:
+            # What is said of a fit after it was made changes neither equations nor estimates.
+            if one.equations is found.equations and one.x0 is found.x0 and np.array_equal(one.theta, found.theta):
+                return finer
+        finer = at_needed_step(self.test, found, self.options)
+        self.known.append((found, finer))
+        return finer
 
 
 def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:

@@ -219,8 +219,15 @@ def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> Fit
 
 def _gives_scale(quantity: Quantity) -> bool:
     """Say whether what is stated of a parameter gives the torques of a free swing their scale."""
-    known = quantity.initial if quantity.fixed else 0.0 if quantity.prior is None else quantity.prior.mean
-    return known != 0.0 and any(part in quantity.unit for part in ("N", "kg"))
+    if quantity.fixed:
+        stated = quantity.initial
+    elif quantity.prior is not None:
+        stated = quantity.prior.mean
+    else:
+        return False
+    # Torque, force, mass and inertia; a ratio or a time constant leaves the scale open.
+    bears_force = "N" in quantity.unit or "kg" in quantity.unit
+    return stated != 0.0 and bears_force
 
 
 class _Theta:

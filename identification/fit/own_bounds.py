@@ -136,19 +136,42 @@ def _stictions(found: Fit) -> dict[str, int]:
     return {f"{law_named(law).roles.stiction}{tail}": k for k, (law, tail) in enumerate(laws)}
 
 
+def largest_command(equations: Equations, runs: Sequence[Run], place: int | None = None) -> float:
+    """Return the largest torque that fitted runs command.
+
+    Parameters
+    ----------
+    equations
+        Equations of the configuration.
+    runs
+        Runs of the fit; those with ``use == "fit"`` count.
+    place
+        Place of the joint among the free ones; every joint counts where None.
+
+    Returns
+    -------
+    float
+        In N m, or N; infinite for a drive, whose command is no torque, and without such runs.
+    """
+    if equations.drive is not None:
+        return np.inf
+    columns = slice(None) if place is None else place
+    return max((float(np.abs(run.u[:, columns]).max()) for run in runs if run.use == "fit"), default=np.inf)
+
+
 def _largest_torque(found: Fit, runs: Sequence[Run], place: int) -> float:
     """Return the most that command and gravity made together at a joint [N m], infinite for a drive.
 
     The command of a drive is no torque. The potential energy of a coupled joint has the gravity of all of them.
     """
-    if found.equations.drive is not None:
-        return np.inf
-    commands = [float(np.abs(run.u[:, place]).max()) for run in runs if run.use == "fit"]
+    command = largest_command(found.equations, runs, place)
+    if np.isinf(command):
+        return command
     single = len(found.equations.joints) == 1
     weights = [id for id in found.values if (id.startswith("gravity_") if single else id.startswith("V_"))]
     gain = "Kp" if single else f"Kp_{found.equations.joints[place]}"
     gravity = sum(abs(found.values[id]) for id in weights)
-    return found.values.get(gain, 1.0) * max(commands, default=np.inf) + gravity
+    return found.values.get(gain, 1.0) * command + gravity
 
 
 def _widen_range(quantity: Quantity, value: float) -> tuple[float, float]:

@@ -37,11 +37,6 @@ def step_json(step: Step) -> dict[str, Any]:
         JSON data; bounds and scores that are not finite are None.
     """
     fit = step.fit
-    std = fit.std
-    parameters = {
-        q.id: parameter_json(q, v, s, fit.statuses[q.id], fit.outcome) | _profile_json(fit.profiles.get(q.id))
-        for q, v, s in zip(fit.equations.parameters, fit.theta, std, strict=True)
-    }
     sigma = np.mean(np.concatenate([np.atleast_1d(s) for s in fit.sigma.values()]))
     unit, compared = "torque" if step.torque_scored else "position", step.compared
     return {
@@ -55,7 +50,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
         "drive": None if fit.equations.drive is None else asdict(fit.equations.drive),
         "observer_gain_per_s": fit.observer_gain,
-        "parameters": parameters,
+        "parameters": _parameters_json(fit),
         **_replaced_json(step),
         "runs": [_run_json(score, step) for score in fit.runs],
         "noise_rad": float(sigma),
@@ -65,15 +60,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "starts": fit.starts,
         "simulations": fit.simulations,
         "wall_s": round(fit.wall_s, 3),
-        "basins": [
-            {
-                "rmse_over_noise": float(b.over_noise),
-                "starts": list(b.starts),
-                "simulations": b.simulations,
-                "parameters": dict(zip((q.id for q in fit.equations.parameters), b.theta.tolist(), strict=True)),
-            }
-            for b in fit.basins
-        ],
+        "basins": _basins_json(fit),
         "combinations": [
             {"coefficients": dict(c.coefficients), "value": c.value, "std": c.std} for c in fit.combinations
         ],
@@ -89,6 +76,26 @@ def step_json(step: Step) -> dict[str, Any]:
         "sigma": {file: s.tolist() for file, s in fit.sigma.items()},
         **({} if fit.inner_step == MODEL.inner_step_s else {"inner_step_s": fit.inner_step}),
     }
+
+
+def _parameters_json(fit: Fit) -> dict[str, dict[str, Any]]:
+    return {
+        q.id: parameter_json(q, v, s, fit.statuses[q.id], fit.outcome) | _profile_json(fit.profiles.get(q.id))
+        for q, v, s in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
+    }
+
+
+def _basins_json(fit: Fit) -> list[dict[str, Any]]:
+    ids = [q.id for q in fit.equations.parameters]
+    return [
+        {
+            "rmse_over_noise": float(basin.over_noise),
+            "starts": list(basin.starts),
+            "simulations": basin.simulations,
+            "parameters": dict(zip(ids, basin.theta.tolist(), strict=True)),
+        }
+        for basin in fit.basins
+    ]
 
 
 def _replaced_json(step: Step) -> dict[str, dict[str, float]]:

@@ -1,1 +1,1 @@
-"""`Campaign` in, remarks out: clocks, units, signs, what the device says; the campaign made ready for fits."""
+"""`Campaign` in, one that is ready for fits out, or refused: clocks, sizes, motion, what it states; its summary."""

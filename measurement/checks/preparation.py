@@ -14,10 +14,10 @@ from pathlib import Path
 
 from haptid.measurement.checks.clock import check_clocks
 from haptid.measurement.checks.motion import check_motion
-from haptid.measurement.checks.remarks import remark_lines, remarks_of
 from haptid.measurement.checks.sizes import check_sizes
 from haptid.measurement.checks.stated import check_stated
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.remarks.remarks import remark_lines, remarks_of
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.hold_out import with_validation
 from haptid.measurement.signals.noise import campaign_with_noise

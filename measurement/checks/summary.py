@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from haptid.measurement.checks.remarks import Remarks, remarks_of
-from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.remarks.remarks import Remarks, remarks_of
+from haptid.measurement.signals.cycles import Cycles, find_cycles
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -102,15 +102,23 @@ def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None
 
 
 def _row(one: Remarks, column: int) -> Row:
+    cycles, uneven = find_cycles(one.run, column), unevenness(one.run)
+    return Row(
+        cells=_cells(one, column, cycles, uneven),
+        remarks=(*one.by_joint[column], *_own_words(one.run)),
+        facts=_facts(one, column, cycles, uneven),
+    )
+
+
+def _cells(one: Remarks, column: int, cycles: Cycles, uneven: float) -> tuple[str, ...]:
+    """Return the cells of a row; noise and step are marked by ~ where they are estimated."""
     run = one.run
-    cycles = find_cycles(run, column)
-    uneven = unevenness(run)
     given = "" if np.isfinite(run.noise[column]) else "~"
     step_given = "" if np.isfinite(run.resolution[column]) else "~"
-    cells = (
+    beside = "" if len(run.free_joints) == 1 else f" of {','.join(map(str, run.free_joints))}"
+    return (
         run.file,
-        str(run.free_joints[column])
-        + ("" if len(run.free_joints) == 1 else f" of {','.join(map(str, run.free_joints))}"),
+        f"{run.free_joints[column]}{beside}",
         run.use,
         str(run.t.size),
         f"{run.t[-1]:.4g}",
@@ -123,9 +131,13 @@ def _row(one: Remarks, column: int) -> Row:
         f"{given}{one.noise[column]:.2g}",
         f"{step_given}{one.resolution[column]:.2g}",
     )
-    slides = run.prismatic[column]
+
+
+def _facts(one: Remarks, column: int, cycles: Cycles, uneven: float) -> dict[str, str | int | float | None]:
+    """Return what a row says as numbers, with units in the names."""
+    run, slides = one.run, one.run.prismatic[column]
     position, torque = ("m", "N") if slides else ("rad", "Nm")
-    facts: dict[str, str | int | float | None] = {
+    return {
         "file": run.file,
         "joint": run.free_joints[column],
         "use": run.use,
@@ -142,7 +154,6 @@ def _row(one: Remarks, column: int) -> Row:
         f"resolution_{position}": float(one.resolution[column]),
         "resolution_stated": bool(np.isfinite(run.resolution[column])),
     }
-    return Row(cells=cells, remarks=(*one.by_joint[column], *_own_words(run)), facts=facts)
 
 
 def row_json(row: Row) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.tables.misnamed import likely_time_units
+from haptid.measurement.making.lacking_columns import tell_how_to_name
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -29,56 +29,6 @@ SHARE_OF_TORQUE = re.compile(
 """Names of a torque in per cent or, as drives by CiA 402 have it, in per mille of the rated one."""
 COLUMNS_NEEDED = "columns time_s, torque_<j>_Nm, position_<j>_rad"
 """What an error expects of a table that lacks a signal."""
-
-
-_ALONE = r"(?<![a-z]){}(?![a-z])"
-"""Pattern of letters that are a word of a name."""
-DEGREE = "0.0174533"
-"""Radians of a degree, as a remedy writes them."""
-LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
-    "time": (
-        (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
-        (_ALONE.format("(?:[uµμ]s|usec|micros[a-z]*)"), "time_s*1e-06"),
-        (_ALONE.format("(?:ns|nsec|nanos[a-z]*)"), "time_s*1e-09"),
-        (_ALONE.format("(?:s|sec|seconds?)"), "time_s"),
-        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*?"),
-    ),
-    "torque": (
-        (r"mn[ ·*]?m(?!m)|n[ ·*]?mm", "torque_{}_Nm*0.001"),
-        (r"lbf?[ ·*]?ft|ft[ ·*]?lb", "torque_{}_Nm*1.35582"),
-        (r"ozf?[ ·*]?in", "torque_{}_Nm*0.00706155"),
-        (r"kgf?[ ·*]?cm", "torque_{}_Nm*0.0980665"),
-        (r"force", "force_{}_N"),
-        (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
-        (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}", "current_{}_A"),
-        (r"volt", "voltage_{}_V"),
-        (r"duty|pwm", "duty_{}"),
-        (rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}", "torque_{}_Nm"),
-    ),
-    "position": (
-        (r"mrad", "position_{}_rad*0.001"),
-        (r"rad", "position_{}_rad"),
-        (_ALONE.format("mm"), "position_{}_m*0.001"),
-        (r"turns|rev", "position_{}_rad*6.28319"),
-        (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
-        (rf"angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*?"),
-    ),
-}
-"""By signal: patterns of names that it is likely under, and the column of the campaign format with the factor.
-
-The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
-and nothing tells radians from degrees.
-"""
-
-
-DEMANDED = re.compile(
-    rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref)')}", re.IGNORECASE
-)
-"""Names of what a controller follows, which is no measured position."""
-NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
-"""Names that hold a word of a position and are none."""
-LONGEST_REMEDY = 145
-"""Most characters of a remedy with an example for each signal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -216,86 +166,12 @@ def free_joints(
         parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
         lacking = [word for there, word in parts if not there]
         todo = (
-            _how_to_name(lacking, columns, driven | seen, interval_of) if lacking else _which_joints(driven, seen, only)
+            tell_how_to_name(lacking, columns, driven | seen, interval_of)
+            if lacking
+            else _which_joints(driven, seen, only)
         )
         raise InputError(file, expected=COLUMNS_NEEDED, got=", ".join(columns), todo=todo)
     return tuple(sorted(found_joints))
-
-
-def _how_to_name(
-    lacking: Sequence[str],
-    columns: Sequence[str],
-    joints: Collection[int],
-    interval_of: Callable[[str], float] | None,
-) -> str:
-    """Say how to name the columns of signals that are lacking: those of the table that are likely meant."""
-    joint = min(joints, default=0)
-    unknown = [column for column in columns if not KNOWN.fullmatch(column)]
-    named, notes, examples, added = [], list[str](), [], []
-    for signal in lacking:
-        likely = [(column, goal) for column in unknown if (goal := _likely_goal(signal, column))]
-        likely.sort(key=lambda pair: DEMANDED.search(pair[0]) is not None)  # a measured torque before a demanded one
-        if likely:
-            column, goal = likely[0]
-            unknown.remove(column)
-            sure, note = _choose_unit(goal.format(joint), interval_of(column) if interval_of else float("nan"))
-            named.append(f"--map '{column}={sure}'")
-            notes += [note] if note else []
-            continue
-        name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
-        if unknown:
-            examples.append(f"--map '{unknown.pop(0)}={name}'")
-        else:
-            added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
-    whole = _remedy(lacking, named, notes, examples, added)
-    references = _likely_references(unknown)[:1] if "position" in lacking else []
-    told = [f"--map '{column}={_choose_unit(goal.format(joint))[0]}'" for column, goal in references]
-    # One note holds for both angles.
-    of_both = [re.sub(rf"position_{JOINT}_rad(?=\*)", "", note) for note in notes]
-    wider = _remedy(lacking, [*named, *told], of_both if told else notes, examples, added)
-    if len(wider) <= LONGEST_REMEDY:
-        return wider
-    # A cut name helps nobody: where all do not fit, one shows how.
-    shortest = f"no {', no '.join(lacking)}: name them, as in {[*named, *examples, *added][0]}"
-    return whole if len(whole) <= LONGEST_REMEDY else shortest
-
-
-def _choose_unit(goal: str, interval: float = float("nan")) -> tuple[str, str]:
-    """Return what a column is mapped to, with a factor, and a note on the other unit that is as likely."""
-    name, _, factor = goal.partition("*")
-    if factor != "?":
-        return goal, ""
-    if name != "time_s":
-        return name, f"radians; degrees: {name}*{DEGREE}"
-    (unit, seconds), *others = likely_time_units(interval)
-    note = f"{unit}; {others[0][0]}: {name}*{others[0][1]}" if others else ""
-    return name if float(seconds) == 1.0 else f"{name}*{seconds}", note
-
-
-def _remedy(
-    lacking: Sequence[str], named: Sequence[str], notes: Sequence[str], examples: Sequence[str], added: Sequence[str]
-) -> str:
-    used = " ".join([*named, *(f"({note})" for note in notes)])
-    ways = (("use", used), ("name a column, as in", " ".join(examples)), ("add", " and ".join(added)))
-    return f"no {', no '.join(lacking)}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
-
-
-def _likely_goal(signal: str, column: str) -> str:
-    """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
-    if signal == "position" and (DEMANDED.search(column) or NO_POSITION.search(column)):
-        return ""
-    return next((goal for form, goal in LIKELY_COLUMNS[signal] if re.search(form, column, re.IGNORECASE)), "")
-
-
-def _likely_references(columns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the columns that are likely demanded positions, and what each is mapped to."""
-    found = []
-    for column in columns:
-        if DEMANDED.search(column) and not NO_POSITION.search(column):
-            measured = _likely_goal("position", DEMANDED.sub("", column))
-            if measured:
-                found.append((column, measured.replace("position", "reference")))
-    return found
 
 
 def _which_joints(driven: Collection[int], seen: Collection[int], only: tuple[int, ...] | None) -> str:

@@ -65,6 +65,25 @@ def possible_range(id: str) -> tuple[float, float]:
     return row.lower / beyond if row.lower > 0 else row.lower * beyond, row.upper * beyond
 
 
+def possible_value(id: str, value: float) -> float:
+    """Keep a number of a parameter within what a file may state.
+
+    Parameters
+    ----------
+    id
+        Id of the parameter.
+    value
+        Number in the parameter's unit.
+
+    Returns
+    -------
+    float
+        The nearest number in `possible_range`.
+    """
+    least, most = possible_range(id)
+    return float(min(max(value, least), most))
+
+
 def possible_guess(id: str, initial: float, lower: float, upper: float) -> dict[str, object]:
     """Keep a guess and its bounds within what a file may state: a result is read again by the same limits.
 
@@ -80,9 +99,8 @@ def possible_guess(id: str, initial: float, lower: float, upper: float) -> dict[
     dict
         ``initial``, ``lower`` and ``upper``, each within `possible_range`.
     """
-    least, most = possible_range(id)
     values = {"initial": initial, "lower": lower, "upper": upper}
-    return {key: float(min(max(value, least), most)) for key, value in values.items()}
+    return {key: possible_value(id, value) for key, value in values.items()}
 
 
 def range_of(id: str, entry: Entry) -> tuple[float, float]:

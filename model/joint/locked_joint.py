@@ -6,8 +6,8 @@ LuGre's σ0·z + σ1·ż + σ2·q̇). Parameters, effects and the id of a fricti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -18,6 +18,7 @@ from haptid.model.equations.equations import Equations, Input, Output, State
 from haptid.model.equations.fmu_names import POSITION, READING, TORQUE, VELOCITY, of_joint
 from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.model.joint.drive_terms import (
     drive_damping,
@@ -27,10 +28,10 @@ from haptid.model.joint.drive_terms import (
     drive_torque,
 )
 from haptid.model.joint.parameter_table import joint_parameters
-from haptid.model.joint.slots import with_effects
+from haptid.model.joint.slots import Terms, with_effects
 
 
-def _gravity(q: sp.Expr, parameters: dict[str, sp.Symbol], prismatic: bool) -> sp.Expr:
+def _gravity(q: sp.Expr, parameters: Mapping[str, sp.Symbol], prismatic: bool) -> sp.Expr:
     """g_c·cos q + g_s·sin q; a constant force on a prismatic joint."""
     constant = parameters.get("gravity_cos", sp.S.Zero)
     if prismatic:
@@ -88,27 +89,12 @@ def joint_equations(
     p = {x.id: x.symbol for x in quantities}
     effects = [e for e in effects if not e.random]
     terms = with_effects(effects, p["Kp"], law)
-    dry = terms.friction(law, p)
-    m = terms.inertia_factor
-    inertia = p["inertia"] * m
-    load = _gravity(sym.q, p, prismatic) + p["Ks"] * (sym.q - p["epos"]) + dry.force
-    force = terms.w + terms.torque - load - p["inertia"] * sp.diff(m, sym.q) * sym.v**2 / 2
-    acceleration = terms.a.subs(sym.a, force / inertia)
-    of_states = {sym.a: acceleration, sym.load: terms.w + terms.torque - dry.force}
-    rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(of_states) for s in terms.states)]
-    rates = [sp.S.Zero, law.damping(sym.v, p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
-    reading = terms.y.subs(sym.a, acceleration)
+    motion = _motion_under_torque(terms, law, p, prismatic)
     further: tuple[State, ...] = ()
     if drive is not None:
-        command = {sym.tau: drive_torque(drive)}
-        rhs = [sp.sympify(f).subs(command) for f in rhs]
-        rates = [sp.sympify(r).subs(command) for r in rates]
-        reading = sp.sympify(reading).subs(command)
-        rates[1] += drive_damping(drive) * p["Kp"] / p["inertia"]
-        for state, rate_of_change in drive_states(drive, prismatic=prismatic):
-            further += (replace(state, structured=of_joint(joint, state.structured)),)
-            rhs.append(rate_of_change)
-            rates.append(sp.S.Zero)
+        motion = _motion_under_drive(motion, drive, p, prismatic)
+        states = [state for state, _ in drive_states(drive, prismatic=prismatic)]
+        further = tuple(replace(state, structured=of_joint(joint, state.structured)) for state in states)
     rad = "m" if prismatic else "rad"
     return Equations(
         name="_".join((f"joint{joint}", *(e.id for e in effects))),
@@ -127,18 +113,55 @@ def joint_equations(
                 id="y",
                 unit=rad,
                 description="position reading",
-                expression=reading,
+                expression=motion.reading,
                 structured=of_joint(joint, READING),
             ),
         ),
         parameters=(*quantities, *(e.row(x, prismatic=prismatic) for e in effects for x in e.parameters)),
-        rhs=tuple(sp.sympify(f) * terms.time_rate for f in rhs),
-        rates=tuple(sp.sympify(r) * terms.time_rate for r in rates),
+        rhs=tuple(sp.sympify(f) * terms.time_rate for f in motion.rhs),
+        rates=tuple(sp.sympify(r) * terms.time_rate for r in motion.rates),
         orderings=law.orderings,
         effects=tuple(e.id for e in effects),
         friction=(friction,),
         drive=drive,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Motion:
+    """Rates of change of the states, the rates at which they decay, and the reading."""
+
+    rhs: list[sp.Expr]
+    rates: list[sp.Expr]
+    reading: sp.Expr
+
+
+def _motion_under_torque(terms: Terms, law: FrictionLaw, p: Mapping[str, sp.Symbol], prismatic: bool) -> _Motion:
+    """Write the motion under a torque."""
+    dry = terms.friction(law, p)
+    m = terms.inertia_factor
+    inertia = p["inertia"] * m
+    load = _gravity(sym.q, p, prismatic) + p["Ks"] * (sym.q - p["epos"]) + dry.force
+    force = terms.w + terms.torque - load - p["inertia"] * sp.diff(m, sym.q) * sym.v**2 / 2
+    acceleration = terms.a.subs(sym.a, force / inertia)
+    of_states = {sym.a: acceleration, sym.load: terms.w + terms.torque - dry.force}
+    return _Motion(
+        rhs=[sym.v, acceleration, *dry.rhs, *(s.rhs.subs(of_states) for s in terms.states)],
+        rates=[sp.S.Zero, law.damping(sym.v, p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)],
+        reading=terms.y.subs(sym.a, acceleration),
+    )
+
+
+def _motion_under_drive(motion: _Motion, drive: Drive, p: Mapping[str, sp.Symbol], prismatic: bool) -> _Motion:
+    """Put a drive in the place of the torque, with its states behind the others."""
+    command = {sym.tau: drive_torque(drive)}
+    rhs = [sp.sympify(f).subs(command) for f in motion.rhs]
+    rates = [sp.sympify(r).subs(command) for r in motion.rates]
+    rates[1] += drive_damping(drive) * p["Kp"] / p["inertia"]
+    for _, rate_of_change in drive_states(drive, prismatic=prismatic):
+        rhs.append(rate_of_change)
+        rates.append(sp.S.Zero)
+    return _Motion(rhs=rhs, rates=rates, reading=sp.sympify(motion.reading).subs(command))
 
 
 def _inputs(joint: int, drive: Drive | None, prismatic: bool) -> tuple[Input, ...]:

@@ -7,10 +7,11 @@ from typing import Protocol
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.localise import describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Finding
+from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.fit.solution import SCATTER
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -191,19 +192,39 @@ def _in_words(finding: Finding) -> list[str]:
     return [f"{before} {after}{closed}.", *made]
 
 
-def _gaps(finding: Finding) -> Table:
+def gap_rows(gaps: Mapping[str, Gap], shares: Mapping[str, str], scored: str) -> list[tuple[str, ...]]:
+    """Return the rows of a table of gaps.
+
+    Parameters
+    ----------
+    gaps
+        RMS before and after by ``fit``, ``validate`` and ``sealed``.
+    shares
+        What is told of the share that is closed, by the same names.
+    scored
+        What fits and choices saw: ``runs`` or ``stretches``.
+
+    Returns
+    -------
+    list of tuple of str
+        Which runs, RMS before, after and of the noise, in thousandths of their unit, and the share.
+    """
     names = {
-        "fit": "fitted runs",
-        "validate": "runs that no fit saw, which chose among candidates",
+        "fit": f"fitted {scored}",
+        "validate": f"{scored} that no fit saw, which chose among candidates",
         "sealed": "sealed runs, which took part in no choice",
     }
-    rows = [
-        (
-            names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
-            "–" if g.closed_beside_scatter is None else f"{100 * g.closed_beside_scatter:.1f} %",
-        )
-        for name, g in finding.gaps.items()
-    ]  # fmt: skip
+    rows = []
+    for name, gap in gaps.items():
+        sizes = [f"{1e3 * rms:.3g}" for rms in (gap.before, gap.after, gap.noise)]
+        rows.append((names[name], *sizes, shares[name]))
+    return rows
+
+
+def _gaps(finding: Finding) -> Table:
+    closed = {name: gap.closed_beside_scatter for name, gap in finding.gaps.items()}
+    shares = {name: "–" if share is None else f"{100 * share:.1f} %" for name, share in closed.items()}
+    rows = gap_rows(finding.gaps, shares, "runs")
     unit = f"[{unit_for('mrad', _slides(finding))}]"
     with_what = " with the stand-in" if finding.judgement.is_stand_in else ""
     header = (

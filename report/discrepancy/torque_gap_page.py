@@ -16,7 +16,7 @@ from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
 from haptid.report.discrepancy.glance import torque_glance
-from haptid.report.discrepancy.page import write_formulas, write_share
+from haptid.report.discrepancy.page import gap_rows, write_formulas, write_share
 from haptid.report.discrepancy.where_pictures import localisation_picture
 from haptid.support.linear_algebra import rms
 
@@ -117,22 +117,11 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
 
 
 def _gaps(finding: TorqueFinding) -> Table:
-    names = {
-        "fit": "fitted stretches",
-        "validate": "stretches that no fit saw, which chose among candidates",
-        "sealed": "sealed runs, which took part in no choice",
-    }
-    rows = [
-        (
-            names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
-            "–" if g.closed is None else f"{100 * g.closed:.0f} %",
-        )
-        for name, g in finding.gaps.items()
-    ]  # fmt: skip
+    closed = {name: gap.closed for name, gap in finding.gaps.items()}
+    shares = {name: "–" if share is None else f"{100 * share:.0f} %" for name, share in closed.items()}
     unit = f"[{_unit(finding, 'mN m')}]"
-    return Table(
-        header=("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed"), rows=rows
-    )
+    header = ("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed")
+    return Table(header=header, rows=gap_rows(finding.gaps, shares, "stretches"))
 
 
 def _effects(finding: TorqueFinding) -> Table:

@@ -37,25 +37,9 @@ def plan_page(plan: Data) -> Page:
     """
     base = plan["base_parameters"]
     order = ", ".join(configuration(joints) for joints in plan["locking_order"])
-    joints = sorted({j for stage in plan["stages"] for j in stage["free_joints"]})
     header = ["parameter", *(configuration(stage["free_joints"]) for stage in plan["stages"])]
     sections = [
-        Section(
-            title="Order",
-            anchor="order",
-            tables=[
-                Table(
-                    header=["configuration", *(f"joint {j}" for j in joints)],
-                    rows=locking_table(plan),
-                    caption="L locked, U unlocked",
-                ),
-                Table(
-                    header=COUNTS_HEADER,
-                    rows=counts(plan),
-                    caption="A new parameter is one that no earlier configuration contains.",
-                ),
-            ],
-        ),
+        _order_section(plan),
         Section(
             title="Table of ones",
             anchor="ones",
@@ -92,6 +76,21 @@ def plan_page(plan: Data) -> Page:
     )
     footer = [f"{name} {number}" for name, number in plan["software"].items()]
     return Page(title=f"Locking plan: {plan['title']}", lead=lead, sections=sections, synthetic=None, footer=footer)
+
+
+def _order_section(plan: Data) -> Section:
+    joints = sorted({j for stage in plan["stages"] for j in stage["free_joints"]})
+    locked = Table(
+        header=["configuration", *(f"joint {j}" for j in joints)],
+        rows=locking_table(plan),
+        caption="L locked, U unlocked",
+    )
+    reached = Table(
+        header=COUNTS_HEADER,
+        rows=counts(plan),
+        caption="A new parameter is one that no earlier configuration contains.",
+    )
+    return Section(title="Order", anchor="order", tables=[locked, reached])
 
 
 def _design_sections(plan: Data) -> list[Section]:

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from haptid.discrepancy.finding.finding import as_json, find
-from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
+from haptid.discrepancy.finding.torque_json import torque_json
+from haptid.discrepancy.finding.torque_stages import find_torque
 from haptid.discrepancy.study.study import study_of
 from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit
 from haptid.discrepancy.torque.study import torque_study_of

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from haptid.measurement.checks.between_runs import find_correlated_noise, find_odd_sensors
+from haptid.measurement.remarks.between_runs import find_correlated_noise, find_odd_sensors
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.run import Array, Run
 from tests.measurement.test_suspicions import a_run, in_steps, moved

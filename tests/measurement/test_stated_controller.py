@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from haptid.measurement.checks.preparation import campaign_for_command
-from haptid.measurement.checks.torque_scale import find_other_controllers
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.remarks.stated_controller import find_other_controllers
 from haptid.support.errors import LONGEST
 
 T = np.arange(0.0, 4.0, 0.002)

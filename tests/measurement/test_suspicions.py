@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from haptid.measurement.checks.between_runs import find_misnamed, twins
-from haptid.measurement.checks.limits import Limits
 from haptid.measurement.checks.summary import summarise, tell_table
-from haptid.measurement.checks.suspicions import suspicions
 from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.remarks.between_runs import find_misnamed, twins
+from haptid.measurement.remarks.limits import Limits
+from haptid.measurement.remarks.suspicions import suspicions
 from haptid.measurement.signals.noise import contrasts, with_noise
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.values.campaign import Campaign

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from haptid.measurement.checks.suspicions import suspicions
-from haptid.measurement.checks.torque_sign import wrong_signs
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.remarks.suspicions import suspicions
+from haptid.measurement.remarks.torque_sign import wrong_signs
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from haptid.discrepancy.candidate.candidate import Trial
-from haptid.discrepancy.candidate.refit import Candidate
+from haptid.discrepancy.candidate.candidate import Candidate
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.detectable import Detectable
 from haptid.discrepancy.detect.localise import Region
 from haptid.discrepancy.detect.omnibus import Omnibus

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.detect.inner_step import at_needed_step
-from haptid.discrepancy.search.forward_selection import fit_nominal_model
+from haptid.discrepancy.search.nominal_model import fit_nominal_model
 from haptid.discrepancy.study.simulators import Factory
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS

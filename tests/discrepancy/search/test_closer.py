@@ -6,7 +6,7 @@ import pytest
 
 from haptid.discrepancy.detect.inner_step import at_step, visible
 from haptid.discrepancy.fit.solution import solve
-from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.search.search import search
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Noise

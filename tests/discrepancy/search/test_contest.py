@@ -9,12 +9,13 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import settle
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.search.trials.judging import judge_candidate
 from haptid.model.effects.effect import w
 from haptid.model.effects.parts.cascade import cascade
 from haptid.model.effects.registry import catalogue
@@ -154,7 +155,7 @@ def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
     s, start = tools_of(study, starts=2)
     weight = solve(study, [s.entries[keys[0]]], Noise(), start.solution.values, x0=start.solution.x0)
     both = solve(study, [s.entries[key] for key in keys], Noise(), weight.values, x0=weight.x0)
-    best = s.trial(settle(study, both.effects, both), start.candidate)
+    best = judge_candidate(s, settle(study, both.effects, both), start.candidate)
     with monkeypatch.context() as patch:
         patch.setattr(Trial, "adequate", property(lambda _: True))
         made = {t.solution.ids: t for t in fit_contenders(s, best, start)}

@@ -12,8 +12,8 @@ import sympy as sp
 from click.testing import CliRunner
 
 from haptid.discrepancy.run import main
-from haptid.discrepancy.search.forward_selection import _begin, fit_nominal_model
 from haptid.discrepancy.search.friction_laws import OtherLaw, other_laws
+from haptid.discrepancy.search.nominal_model import begin_search, fit_nominal_model
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.discrepancy.study.under_law import under_law
 from haptid.measurement.format.reading import read_campaign
@@ -86,7 +86,7 @@ def test_the_fmu_has_the_law(campaign: Path, found: dict) -> None:
 
 
 def screened(study: Study) -> tuple[OtherLaw, ...]:
-    begun = _begin(*fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress), ignore_progress)
+    begun = begin_search(*fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress), ignore_progress)
     assert not begun.start.adequate
     return other_laws(begun.study, begun.start, begun.white, ignore_progress)
 

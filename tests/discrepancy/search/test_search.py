@@ -7,8 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from haptid.discrepancy.candidate.candidate import Trial, keys_of
-from haptid.discrepancy.candidate.refit import begin, score_candidate, settle, significance, start_values, starts_of
+from haptid.discrepancy.candidate.candidate import score_candidate, significance
+from haptid.discrepancy.candidate.refit import begin, settle
+from haptid.discrepancy.candidate.starts import start_values, starts_of
+from haptid.discrepancy.candidate.trial import Trial, keys_of
 from haptid.discrepancy.detect.inner_step import at_step, visible
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.detect.score_tests import scan
@@ -18,11 +20,15 @@ from haptid.discrepancy.fit.homotopy import through_homotopy
 from haptid.discrepancy.fit.nominal_fit import agreeing, fit_base
 from haptid.discrepancy.fit.scatter import relinearise_cycles
 from haptid.discrepancy.fit.solution import solve
+from haptid.discrepancy.search import backward_elimination, forward_selection
 from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins
 from haptid.discrepancy.search.forward_selection import _ways
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import closer
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.finishing import find_finished, find_twins, finish, finish_best
+from haptid.discrepancy.search.trials.judging import judge_candidate
+from haptid.discrepancy.search.trials.preliminary_fits import begin_effects
+from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.study.study import Study, scales_over
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import at_their_bounds
@@ -44,7 +50,7 @@ def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:
     entries = study.in_si(base.values)
     found = signatures(study, base, list(entries.values()))
     searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, ignore_progress)
-    return searcher, searcher.trial(score_candidate(study, base, 0))
+    return searcher, judge_candidate(searcher, score_candidate(study, base, 0))
 
 
 def tools(folder: Path, sensor: Sensor) -> tuple[Searcher, Trial]:
@@ -73,7 +79,7 @@ def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(
     assert "payload_gravity" not in s.entries["cubic_spring"].rivals
     scored = [score.key for score in s.beside(start.solution, s.scan(start.solution))]
     assert scored[0] in ("cubic_spring", "payload_gravity")
-    assert {fit.effects[-1].key for fit in s.ready(start.solution, 1)} == {"cubic_spring", "payload_gravity"}
+    assert {fit.effects[-1].key for fit in begin_effects(s, start.solution, 1)} == {"cubic_spring", "payload_gravity"}
 
 
 def clean(start: Trial, effect: Effect, parameters: int, bic: float) -> Trial:
@@ -152,7 +158,7 @@ def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
     def stepped(threads: int) -> tuple[list[tuple[tuple[str, ...], float]], int]:
         study = replace(s.study, threads=threads)
         own = Searcher(study, s.entries, s.found, s.tests, ignore_progress)
-        made = own.step(start.candidate, fits, most=3, freed=True)
+        made = finish_best(own, start.candidate, fits, most=3, freed=True)
         assert len(made) == 2  # the third is fitted beside the second, in vain
         return [(t.solution.keys, t.solution.log_likelihood) for t in made], own.simulations
 
@@ -168,7 +174,7 @@ def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
     s, start = begun
     effects = [*(stand_in(s, start, key) for key in nothing), s.entries["cubic_spring"]]
     both = solve(s.study, effects, Noise(), start.solution.values | {"k3": 0.02}, x0=start.solution.x0)
-    full = s.trial(settle(s.study, effects, both), start.candidate)
+    full = judge_candidate(s, settle(s.study, effects, both), start.candidate)
     assert full.adequate
     assert not full.acceptable
     (left,) = prune_stand_ins(s, [full], start)
@@ -188,10 +194,12 @@ def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
     s, start = begun
     effects = [stand_in(s, start, key) for key in ("quadratic_drag", "asymmetric_viscous")]
     both = solve(s.study, effects, Noise(), start.solution.values, x0=start.solution.x0)
-    best = s.trial(settle(s.study, effects, both), start.candidate)
+    best = judge_candidate(s, settle(s.study, effects, both), start.candidate)
     assert not best.adequate
     asked: list[frozenset[str]] = []
-    monkeypatch.setattr(Searcher, "ready", lambda _, solution, __: asked.append(keys_of(solution)) or [])
+    monkeypatch.setattr(
+        backward_elimination, "begin_effects", lambda _, solution, __: asked.append(keys_of(solution)) or []
+    )
     monkeypatch.setattr(Omnibus, "far", False)
     exchange_effects(s, best, start)
     assert asked == [{"asymmetric_viscous"}]
@@ -208,7 +216,7 @@ def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_on
     rough = replace(s, study=at_step(s.study, THRESHOLDS.study.signature_step_s))
     other = stand_in(s, start, "asymmetric_viscous")
     wrong = solve(rough.study, [other], Noise(), start.solution.values, x0=start.solution.x0)
-    trial = rough.trial(score_candidate(rough.study, wrong, wrong.calls), start.candidate)
+    trial = judge_candidate(rough, score_candidate(rough.study, wrong, wrong.calls), start.candidate)
     monkeypatch.setattr(Omnibus, "far", False)
     assert not trial.adequate
     error = visible(rough.study, trial.solution, THRESHOLDS.study.signature_step_s)
@@ -228,9 +236,9 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     base = fit_base(study, starts=2, seed=0).solution
     effects = [e.at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles)) for e in study.entries.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, ignore_progress)
-    start = s.trial(score_candidate(study, base, base.calls))
+    start = judge_candidate(s, score_candidate(study, base, base.calls))
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
-    full = s.trial(settle(study, effects, both), start.candidate)
+    full = judge_candidate(s, settle(study, effects, both), start.candidate)
     assert full.acceptable
     doubtful = replace(full, worth=THRESHOLDS.candidate.least_wald_statistic / 2)
     assert not doubtful.acceptable
@@ -266,13 +274,13 @@ def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_
     s, start = begun
     score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
     fit = begin(s.study, start.solution, s.entries["cubic_spring"], score)
-    assert s.find_finished(start.candidate, fit) is None
-    made = s.finish(start.candidate, fit)
-    again = s.find_finished(start.candidate, fit)
+    assert find_finished(s, start.candidate, fit) is None
+    made = finish(s, start.candidate, fit)
+    again = find_finished(s, start.candidate, fit)
     assert again is not None
     assert again.candidate is made.candidate
     better = replace(fit, log_likelihood=made.solution.log_likelihood + 1e3)
-    assert s.find_finished(start.candidate, better) is None
+    assert find_finished(s, start.candidate, better) is None
 
 
 def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searcher, Trial]) -> None:
@@ -294,7 +302,12 @@ def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searche
     [(0.03, 0.05, 0.5, True), (0.03, 0.5, 0.5, False), (0.0, 0.05, 0.5, False), (0.03, 0.05, 0.05, False)],
 )
 def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_gap_and_none_of_them_does(
-    begun: tuple[Searcher, Trial], scatter: float, left: float, entry: float, tried: bool
+    begun: tuple[Searcher, Trial],
+    scatter: float,
+    left: float,
+    entry: float,
+    tried: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ):
     s, start = begun
     base = start.solution
@@ -308,10 +321,8 @@ def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_g
     explained = replace(base, blocks=with_share(entry))
     bare = replace(base, blocks=replace(base.blocks, prior=np.zeros(0)))
     seen: list[Noise] = []
-    fake = SimpleNamespace(
-        study=s.study, tell=ignore_progress, ready=lambda fit, *_: seen.append(fit.noise) or [explained]
-    )
-    list(_ways(fake, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare))
+    monkeypatch.setattr(forward_selection, "begin_effects", lambda _, fit, *__: seen.append(fit.noise) or [explained])
+    list(_ways(s, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare))
     assert seen == [Noise(), *([noise] if tried else [])]
 
 
@@ -460,7 +471,7 @@ def test_every_effect_of_a_model_may_have_another_name(begun: tuple[Searcher, Tr
     s = begun[0]
     effects = tuple(catalogue()[key] for key in order)
     s = Searcher(s.study, catalogue(), s.found, s.tests, s.tell)
-    ((twin, names),) = s.twins(effects)
+    ((twin, names),) = find_twins(s, effects)
     assert [e.key for e in twin] == [key.replace("tendon_slack", "backlash:motor") for key in order]
     assert names["slack_half_width"] == "gear_play"
-    assert list(s.twins((*effects, catalogue()["backlash:encoder"]))) == []
+    assert list(find_twins(s, (*effects, catalogue()["backlash:encoder"]))) == []

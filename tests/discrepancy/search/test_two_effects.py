@@ -4,12 +4,18 @@ from dataclasses import replace
 
 import pytest
 
-from haptid.discrepancy.candidate.candidate import Trial
-from haptid.discrepancy.candidate.refit import score_candidate
+from haptid.discrepancy.candidate.candidate import score_candidate
+from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.fit.homotopy import hold_shapes
 from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.search.forward_selection import Way, _anew, _clear, _two_at_once
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.judging import judge_candidate
+from haptid.discrepancy.search.trials.searcher import Searcher
+from haptid.discrepancy.search.two_effects import (
+    Way,
+    add_second_effect,
+    extend_by_best_scores,
+    extend_from_first_guesses,
+)
 from haptid.discrepancy.study.study import study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
@@ -60,20 +66,20 @@ def test_no_combination_is_begun_once_the_effort_is_spent(lead: tuple[Searcher, 
     tired = replace(
         s, study=replace(s.study, effort=7), simulations=7, tell=lambda title, figures: told.append((title, figures))
     )
-    assert _two_at_once(tired, [first], start, _clear) == []
+    assert add_second_effect(tired, [first], start, extend_by_best_scores) == []
     assert tired.cut
     assert told == [("no further combinations", "7 runs simulated")]
     assert not s.cut
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("way", [_clear, _anew])
+@pytest.mark.parametrize("way", [extend_by_best_scores, extend_from_first_guesses])
 def test_the_second_effect_is_found_on_top_of_the_first(lead: tuple[Searcher, Trial, Solution], way: Way):
     s, start, first = lead
-    assert not s.trial(score_candidate(s.study, first, 0)).adequate
-    good = [t for t in _two_at_once(s, [first], start, way) if t.adequate and t.acceptable]
+    assert not judge_candidate(s, score_candidate(s.study, first, 0)).adequate
+    good = [t for t in add_second_effect(s, [first], start, way) if t.adequate and t.acceptable]
     assert [set(t.solution.ids) for t in good] == [set(HIDDEN)]
-    assert (frozenset(first.keys) in s.extended) == (way is _anew)
+    assert (frozenset(first.keys) in s.extended) == (way is extend_from_first_guesses)
 
 
 def test_a_shape_is_held_half_a_step_of_its_grid_wide_and_an_amplitude_not_at_all():

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.run import main
-from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.search.search import search
 from haptid.discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, place_in_joint, take_from_joint
 from haptid.discrepancy.unnamed import missing_torque as shape
 from haptid.discrepancy.unnamed.missing_torque import missing

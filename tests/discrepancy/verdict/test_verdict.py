@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.detect.omnibus import Omnibus
-from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.search.search import search
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge, untold, verdict_of
 from haptid.model.effects.registry import catalogue

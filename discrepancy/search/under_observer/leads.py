@@ -17,12 +17,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from haptid.discrepancy.candidate.refit import start_values
+from haptid.discrepancy.candidate.starts import start_values
 from haptid.discrepancy.detect.score_tests import Score, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.fit.homotopy import Guided, start_holding_last_shape
 from haptid.discrepancy.fit.solution import Solution
-from haptid.discrepancy.search.tools import Searcher, leaves_much
+from haptid.discrepancy.search.trials.preliminary_fits import release_fits
+from haptid.discrepancy.search.trials.searcher import Searcher, leaves_much
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
@@ -332,4 +333,4 @@ def release_leads(s: Searcher, leads: Sequence[Lead]) -> list[Solution]:
     list of Solution
         Free fits, best first by `Searcher.rank`.
     """
-    return s.release(s.side_by_side(s.study.factory.coarse), [(lead.effects, lead.fit) for lead in leads])
+    return release_fits(s, s.side_by_side(s.study.factory.coarse), [(lead.effects, lead.fit) for lead in leads])

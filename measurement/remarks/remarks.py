@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from haptid.measurement.checks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
-from haptid.measurement.checks.limits import limits_of
-from haptid.measurement.checks.suspicions import GIVES_WORK, UNLIMITED, suspicions
-from haptid.measurement.checks.torque_scale import find_other_controllers, off_scale
-from haptid.measurement.checks.torque_sign import wrong_signs
+from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
+from haptid.measurement.remarks.limits import limits_of
+from haptid.measurement.remarks.stated_controller import find_other_controllers
+from haptid.measurement.remarks.suspicions import GIVES_WORK, UNLIMITED, suspicions
+from haptid.measurement.remarks.torque_scale import off_scale
+from haptid.measurement.remarks.torque_sign import wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.gaps import find_gaps

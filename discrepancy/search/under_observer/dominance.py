@@ -15,11 +15,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import refit_with
-from haptid.discrepancy.search.observer_search import Lead, UnderObserver, extend_lead, fit_lead
-from haptid.discrepancy.search.smooth_curves import smooth_curves
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.candidate.trial import Trial
+from haptid.discrepancy.search.trials.judging import judge_candidate
+from haptid.discrepancy.search.trials.searcher import Searcher
+from haptid.discrepancy.search.under_observer.leads import Lead, UnderObserver, extend_lead, fit_lead
+from haptid.discrepancy.search.under_observer.smooth_curves import smooth_curves
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
@@ -65,7 +66,7 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
         return None
     found = near
     if full.effects != effects:
-        found = s.trial(refit_with(s.study, near.solution, full.effects, values), start.candidate)
+        found = judge_candidate(s, refit_with(s.study, near.solution, full.effects, values), start.candidate)
     shown = found.held_out >= THRESHOLDS.verdict.least_evidence_of_each_name
     return found if shown and not found.at_bound and closes_most(s.study, found, start) else None
 

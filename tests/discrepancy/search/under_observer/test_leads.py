@@ -8,11 +8,12 @@ from typing import Any
 import pytest
 
 from haptid.discrepancy.fit.solution import Solution
-from haptid.discrepancy.search import observer_laws, observer_search
-from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, search, under_own_noise
-from haptid.discrepancy.search.observer_laws import Led, lead_on
-from haptid.discrepancy.search.observer_search import Lead, begin_under_observer, extend_lead, follow_leads
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.nominal_model import fit_nominal_model, score_catalogue, under_own_noise
+from haptid.discrepancy.search.search import search
+from haptid.discrepancy.search.trials.searcher import Searcher
+from haptid.discrepancy.search.under_observer import laws, leads
+from haptid.discrepancy.search.under_observer.laws import Led, lead_on
+from haptid.discrepancy.search.under_observer.leads import Lead, begin_under_observer, extend_lead, follow_leads
 from haptid.discrepancy.study.simulators import Factory
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -70,16 +71,16 @@ def test_an_effect_of_a_low_score_is_found_by_a_try(tmp_path: Path, monkeypatch:
     hidden = {"amplifier_dead_band": HIDDEN["amplifier_dead_band"]}
     s, white = tools(study_with(tmp_path / "c", hidden, {key: catalogue()[key] for key in KEYS}))
     at = begin_under_observer(s, white)
-    scores, low = observer_search.scan, "amplifier_dead_band:jump"
+    scores, low = leads.scan, "amplifier_dead_band:jump"
 
     def scan_with_a_low_score(*args: Any, **more: Any) -> Any:
         made = scores(*args, **more)
         least = 0.5 * min(score.T for score in made.scores)
         return replace(made, scores=tuple(replace(x, T=least if x.key == low else x.T) for x in made.scores))
 
-    monkeypatch.setattr(observer_search, "scan", scan_with_a_low_score)
+    monkeypatch.setattr(leads, "scan", scan_with_a_low_score)
     limits = replace(THRESHOLDS.search, least_score_share_under_observer=0.0)
-    monkeypatch.setattr(observer_search, "THRESHOLDS", replace(THRESHOLDS, search=limits))
+    monkeypatch.setattr(leads, "THRESHOLDS", replace(THRESHOLDS, search=limits))
     assert extend_lead(s, at, at.start)[0].effects[-1].key == low
 
 
@@ -96,7 +97,7 @@ class _Left:
     def over_noise(self, rows: int) -> float:
         return float((self.cost / rows) ** 0.5)
 
-    is_far = observer_search.Lead.is_far
+    is_far = leads.Lead.is_far
 
 
 ROWS = 100
@@ -120,8 +121,8 @@ def test_the_gain_is_lower_where_the_observer_hides_what_is_missing(
     def fit(s: Any, study: Any, effects: Any, values: Any, level: int) -> Lead:  # noqa: ARG001 (as `fit_lead`)
         return Lead(effects=effects, fit=Fit(level))  # type: ignore[arg-type] # a stub
 
-    monkeypatch.setattr(observer_search, "fit_lead", fit)
-    monkeypatch.setattr(observer_search, "signatures", lambda *_, **__: SimpleNamespace(simulations=0))
+    monkeypatch.setattr(leads, "fit_lead", fit)
+    monkeypatch.setattr(leads, "signatures", lambda *_, **__: SimpleNamespace(simulations=0))
     study = SimpleNamespace(rows=ROWS, fitted=(1, 2))
     whole = SimpleNamespace(factory=Factory())
     s: Any = SimpleNamespace(study=whole, side_by_side=lambda _: study, entries={}, simulations=0)
@@ -156,7 +157,7 @@ def test_no_further_effect_is_chosen_where_one_is_enough(left: float, *, asked: 
     else:  # so near to the noise, the next round finds no share to take
         monkey = replace(THRESHOLDS.search, most_effects_under_observer=1)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(observer_search, "THRESHOLDS", replace(THRESHOLDS, search=monkey))
+            patch.setattr(leads, "THRESHOLDS", replace(THRESHOLDS, search=monkey))
             assert follow_leads(TOLD, at, before, made, is_enough) == [made]
     assert seen == (["cogging"] if asked else [])
 
@@ -194,7 +195,7 @@ def test_a_law_competes_with_the_second_effect(
         assert not arguments[-1](rounds[0][0])
         return rounds
 
-    monkeypatch.setattr(observer_laws, "follow_leads", follow)
+    monkeypatch.setattr(laws, "follow_leads", follow)
     at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS), start=None)
     others: Any = [_Law(beside + ROWS, end + ROWS)]
-    assert observer_laws._effects_first(TOLD, at, [], others, lambda _: False).law == law
+    assert laws._effects_first(TOLD, at, [], others, lambda _: False).law == law

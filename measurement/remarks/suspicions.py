@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.measurement.checks.limits import Limits
 from haptid.measurement.making.usable_rows import wrap_period
+from haptid.measurement.remarks.limits import Limits
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.signals.noise import contrasts, robust_std
 from haptid.measurement.thresholds import THRESHOLDS

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptid.discrepancy.search.smooth_curves import smooth_curves
+from haptid.discrepancy.search.under_observer.smooth_curves import smooth_curves
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.friction_laws import starts_under_law
-from haptid.discrepancy.search.observer_search import Lead, UnderObserver, extend_lead, fit_lead, follow_leads
-from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.search.trials.searcher import Searcher
+from haptid.discrepancy.search.under_observer.leads import Lead, UnderObserver, extend_lead, fit_lead, follow_leads
 from haptid.discrepancy.study.under_law import under_law
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.friction.registry import laws

@@ -1,0 +1,78 @@
+"""Identify a campaign, for Python and for the command: campaign and choices in, `Identified` and its files out."""
+
+from __future__ import annotations
+
+from haptid.api.identified import Identified
+from haptid.api.place import Place
+from haptid.fmu_build.building.packaging import Kind
+from haptid.identification.job.identify import identify
+from haptid.identification.job.job import Job
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.configurations import configurations_of
+from haptid.identification.sequence.step import Step
+from haptid.measurement.format.devices import device_of
+from haptid.measurement.values.campaign import Campaign as Values
+from haptid.report.identification.drawings import Drawings
+from haptid.support.listener import Listener
+
+MOST_DRAWN_AT_THE_END = 2
+"""Most configurations that are drawn in this process at the end: another one starts as slowly as it draws two."""
+
+
+def identify_values(  # noqa: PLR0913 # one argument a choice
+    values: Values,
+    place: Place,
+    listener: Listener,
+    drawings: Drawings,
+    *,
+    joints: tuple[int, ...] | None,
+    kind: Kind | None,
+    options: FitOptions,
+    scheduler: str | None,
+    made_by: str,
+) -> Identified:
+    """Identify a campaign; ``identification.json`` and draws are written into the folder.
+
+    Parameters
+    ----------
+    values
+        Campaign that is ready for fits.
+    place
+        Folder of the results.
+    listener
+        Told of remarks and of each configuration.
+    drawings
+        Where the report's drawings of finished configurations begin.
+    joints, kind, options, scheduler
+        As `Campaign.identify` takes them.
+    made_by
+        Command or call, for the reader of the results.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    InputError, NumericalError
+        As `Campaign.identify`.
+    """
+    device = device_of(values)
+    job = Job(
+        campaign=values,
+        device=device,
+        configurations=configurations_of(values, device, joints),
+        options=options,
+        kind=kind,
+        out=place.path,
+        scheduler=scheduler,
+        made_by=made_by,
+    )
+    many = len(job.configurations) > MOST_DRAWN_AT_THE_END
+
+    def finished(step: Step) -> None:
+        if many:
+            drawings.begin(step, job.build)
+
+    made = identify(job, listener, finished)
+    return Identified(data=made.data, place=place, values=values, steps=made.steps, made=made)

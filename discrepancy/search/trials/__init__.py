@@ -1,0 +1,1 @@
+"""Study and catalogue in, judged `Trial`s out: the steps that every search is made of."""

@@ -1,0 +1,191 @@
+"""Say how to name the columns of signals that a table lacks: names of its columns in, the remedy of an error out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+
+from haptid.measurement.format.columns import JOINT, KNOWN
+from haptid.measurement.tables.misnamed import likely_time_units
+
+_ALONE = r"(?<![a-z]){}(?![a-z])"
+"""Pattern of letters that are a word of a name."""
+DEGREE = "0.0174533"
+"""Radians of a degree, as a remedy writes them."""
+LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
+    "time": (
+        (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
+        (_ALONE.format("(?:[uµμ]s|usec|micros[a-z]*)"), "time_s*1e-06"),
+        (_ALONE.format("(?:ns|nsec|nanos[a-z]*)"), "time_s*1e-09"),
+        (_ALONE.format("(?:s|sec|seconds?)"), "time_s"),
+        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*?"),
+    ),
+    "torque": (
+        (r"mn[ ·*]?m(?!m)|n[ ·*]?mm", "torque_{}_Nm*0.001"),
+        (r"lbf?[ ·*]?ft|ft[ ·*]?lb", "torque_{}_Nm*1.35582"),
+        (r"ozf?[ ·*]?in", "torque_{}_Nm*0.00706155"),
+        (r"kgf?[ ·*]?cm", "torque_{}_Nm*0.0980665"),
+        (r"force", "force_{}_N"),
+        (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
+        (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}", "current_{}_A"),
+        (r"volt", "voltage_{}_V"),
+        (r"duty|pwm", "duty_{}"),
+        (rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}", "torque_{}_Nm"),
+    ),
+    "position": (
+        (r"mrad", "position_{}_rad*0.001"),
+        (r"rad", "position_{}_rad"),
+        (_ALONE.format("mm"), "position_{}_m*0.001"),
+        (r"turns|rev", "position_{}_rad*6.28319"),
+        (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
+        (rf"angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*?"),
+    ),
+}
+"""By signal: patterns of names that it is likely under, and the column of the campaign format with the factor.
+
+The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
+and nothing tells radians from degrees.
+"""
+DEMANDED = re.compile(
+    rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref)')}", re.IGNORECASE
+)
+"""Names of what a controller follows, which is no measured position."""
+NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
+"""Names that hold a word of a position and are none."""
+LONGEST_REMEDY = 145
+"""Most characters of a remedy with an example for each signal."""
+
+
+def tell_how_to_name(
+    lacking: Sequence[str],
+    columns: Sequence[str],
+    joints: Collection[int],
+    interval_of: Callable[[str], float] | None,
+) -> str:
+    """Say how to name the columns of signals that are lacking: those of the table that are likely meant.
+
+    Parameters
+    ----------
+    lacking
+        Signals: ``time``, ``torque`` or ``position``, at least one.
+    columns
+        Names of the columns of the table.
+    joints
+        Joints that the table is known to have; the first of them, or 0, stands in the names.
+    interval_of
+        As `mapping.free_joints` takes it.
+
+    Returns
+    -------
+    str
+        Remedy of an error.
+    """
+    joint = min(joints, default=0)
+    unknown = [column for column in columns if not KNOWN.fullmatch(column)]
+    remedy = _Remedy(lacking=lacking)
+    for signal in lacking:
+        column, goal = _likeliest_column(signal, unknown)
+        if column:
+            unknown.remove(column)
+            sure, note = _choose_unit(goal.format(joint), interval_of(column) if interval_of else float("nan"))
+            remedy.named.append(f"--map '{column}={sure}'")
+            if note:
+                remedy.notes.append(note)
+            continue
+        name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
+        if unknown:
+            remedy.examples.append(f"--map '{unknown.pop(0)}={name}'")
+        else:
+            remedy.added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
+    whole = remedy.told()
+    wider = _with_reference(remedy, unknown, joint).told() if "position" in lacking else whole
+    # A cut name helps nobody: where all do not fit, one shows how.
+    return next((told for told in (wider, whole) if len(told) <= LONGEST_REMEDY), remedy.shortest())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Remedy:
+    """What is to be done about signals that are lacking in a table.
+
+    Parameters
+    ----------
+    lacking
+        Signals, as ``torque``.
+    named
+        Options that name the columns which are likely meant.
+    notes
+        What else the units of these columns may be.
+    examples
+        Options that show how a column is named, where none is likely meant.
+    added
+        Columns that the table needs, where it has none to name.
+    """
+
+    lacking: Sequence[str]
+    named: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    examples: list[str] = field(default_factory=list)
+    added: list[str] = field(default_factory=list)
+
+    def told(self) -> str:
+        """Return the whole of it, as an error's remedy."""
+        used = " ".join([*self.named, *(f"({note})" for note in self.notes)])
+        ways = (
+            ("use", used),
+            ("name a column, as in", " ".join(self.examples)),
+            ("add", " and ".join(self.added)),
+        )
+        return f"no {', no '.join(self.lacking)}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
+
+    def shortest(self) -> str:
+        """Return one example."""
+        return f"no {', no '.join(self.lacking)}: name them, as in {[*self.named, *self.examples, *self.added][0]}"
+
+
+def _likeliest_column(signal: str, columns: Sequence[str]) -> tuple[str, str]:
+    """Return the column that is most likely meant by a signal, and what it is mapped to; empty where none is."""
+    likely = [(column, goal) for column in columns if (goal := _likely_goal(signal, column))]
+    # A measured torque goes before a demanded one.
+    return min(likely, key=lambda pair: DEMANDED.search(pair[0]) is not None, default=("", ""))
+
+
+def _with_reference(remedy: _Remedy, unknown: Sequence[str], joint: int) -> _Remedy:
+    """Name the demanded position too, where a column is likely one; one note on the unit holds for both angles."""
+    references = _likely_references(unknown)[:1]
+    if not references:
+        return remedy
+    ((column, goal),) = references
+    named = [*remedy.named, f"--map '{column}={_choose_unit(goal.format(joint))[0]}'"]
+    notes = [re.sub(rf"position_{JOINT}_rad(?=\*)", "", note) for note in remedy.notes]
+    return replace(remedy, named=named, notes=notes)
+
+
+def _choose_unit(goal: str, interval: float = float("nan")) -> tuple[str, str]:
+    """Return what a column is mapped to, with a factor, and a note on the other unit that is as likely."""
+    name, _, factor = goal.partition("*")
+    if factor != "?":
+        return goal, ""
+    if name != "time_s":
+        return name, f"radians; degrees: {name}*{DEGREE}"
+    (unit, seconds), *others = likely_time_units(interval)
+    note = f"{unit}; {others[0][0]}: {name}*{others[0][1]}" if others else ""
+    return name if float(seconds) == 1.0 else f"{name}*{seconds}", note
+
+
+def _likely_goal(signal: str, column: str) -> str:
+    """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
+    if signal == "position" and (DEMANDED.search(column) or NO_POSITION.search(column)):
+        return ""
+    return next((goal for form, goal in LIKELY_COLUMNS[signal] if re.search(form, column, re.IGNORECASE)), "")
+
+
+def _likely_references(columns: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the columns that are likely demanded positions, and what each is mapped to."""
+    found = []
+    for column in columns:
+        if DEMANDED.search(column) and not NO_POSITION.search(column):
+            measured = _likely_goal("position", DEMANDED.sub("", column))
+            if measured:
+                found.append((column, measured.replace("position", "reference")))
+    return found
