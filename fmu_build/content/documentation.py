@@ -82,6 +82,7 @@ def documentation(
         snippet=write_snippet(interface.identifier, interface.of_role("output")[0].name, 2.0),
         identification=interface.identification,
         others=[v for v in interface.variables if v.role != "parameter"],
+        held=[v for v in interface.of_role("input") if v.start],
         number=_number,
         error_bar=_error_bar,
         interval=_interval,
