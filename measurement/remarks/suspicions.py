@@ -1,7 +1,7 @@
 """Look for slips of units, signs and columns in one run: `Run` in, remarks with their remedies out, no refusal.
 
-Looked for are counts or degrees for radians, angles that begin anew after a turn, milliseconds for seconds, thousandths of
-torque's unit, a wrong sign of torque, clipped readings, and a stated noise that the rows contradict.
+Looked for are counts or degrees for radians, angles that begin anew after a turn, milliseconds for seconds,
+thousandths of torque's unit, a wrong sign of torque, clipped readings, and a stated noise that the rows contradict.
 """
 
 from __future__ import annotations
