@@ -20,6 +20,7 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
+from haptid.support.numbers import says_nothing
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.fmu_build.content", ""),
@@ -149,7 +150,8 @@ def _number(value: float | None) -> str:
 
 
 def _error_bar(one: KnownParameter) -> str:
-    return "" if one.std is None else f"± {one.std:.2g}"
+    v = one.variable
+    return "" if one.std is None or says_nothing(one.std, v.minimum, v.maximum) else f"± {one.std:.2g}"
 
 
 def _interval(one: KnownParameter) -> str:
