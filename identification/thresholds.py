@@ -105,6 +105,9 @@ class Thresholds:
     largest_distance_from_half_a_row: float = 0.1
     """Largest distance in rows [1] of a delay from −0.5 at which the torque counts as one that runs linearly between
     rows and was held: each held row stands for a time half a row later."""
+    nearer_to_half_a_row: float = 0.25
+    """Distance in rows [1] of a delay from −0.5, its standard error included, up to which the delay is smaller where
+    the torque runs linearly between rows than where it is held."""
     least_gain_of_delay_in_standard_errors: float = 1.0
     """Least decrease of the energy of held-out blocks in its standard errors over the blocks [1], as for an effect."""
     presliding_of_plain_model_over_travel: float = 3e-4

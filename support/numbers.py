@@ -6,6 +6,8 @@ import math
 
 PREFIXES = ("", "m", "µ", "n")
 """Prefixes of units for each thousandth, from one down."""
+LARGEST_STD_OVER_RANGE = 10.0
+"""Largest standard deviation over a quantity's range [1] that is told by its number."""
 
 
 def plain(value: float, digits: int = 2) -> str:
@@ -30,6 +32,29 @@ def plain(value: float, digits: int = 2) -> str:
     """
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e" in text and 1.0 <= abs(value) < 999_999.5 else text
+
+
+def says_nothing(std: float, lower: float, upper: float) -> bool:
+    """Say whether a standard deviation is so far beyond the range of a quantity that its number means nothing.
+
+    Parameters
+    ----------
+    std
+        Standard deviation.
+    lower, upper
+        Range of the quantity, in the same unit; infinite where it has no end.
+
+    Returns
+    -------
+    bool
+        True beyond `LARGEST_STD_OVER_RANGE` times the range, as of a spring's equilibrium without a spring.
+
+    Examples
+    --------
+    >>> says_nothing(3.7e12, -3.0, 4.8), says_nothing(3.7, -3.0, 4.8), says_nothing(3.7e12, 0.0, math.inf)
+    (True, False, False)
+    """
+    return std > LARGEST_STD_OVER_RANGE * (upper - lower)
 
 
 def times(ratio: float) -> str:

@@ -20,6 +20,7 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
+from haptid.support.numbers import says_nothing
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.fmu_build.content", ""),
@@ -82,6 +83,7 @@ def documentation(
         snippet=write_snippet(interface.identifier, interface.of_role("output")[0].name, 2.0),
         identification=interface.identification,
         others=[v for v in interface.variables if v.role != "parameter"],
+        held=[v for v in interface.of_role("input") if v.start],
         number=_number,
         error_bar=_error_bar,
         interval=_interval,
@@ -148,7 +150,8 @@ def _number(value: float | None) -> str:
 
 
 def _error_bar(one: KnownParameter) -> str:
-    return "" if one.std is None else f"± {one.std:.2g}"
+    v = one.variable
+    return "" if one.std is None or says_nothing(one.std, v.minimum, v.maximum) else f"± {one.std:.2g}"
 
 
 def _interval(one: KnownParameter) -> str:

@@ -149,7 +149,8 @@ def _check_finite(interface: Interface, t: Array, y: Array) -> None:
 
 def _inputs(interface: Interface, t: Array) -> Array:
     start = {v.id: v.start for v in interface.of_role("parameter")}
-    u = np.zeros((t.size, len(interface.of_role("input"))))
+    # An input at its start value keeps a drive in the run: with the motor let go it would test nothing of it.
+    u = np.tile([v.start or 0.0 for v in interface.of_role("input")], (t.size, 1))
     for i, v in enumerate(interface.of_role("input")):
         if v.id.startswith("tau"):
             stiction = start.get(_stiction(interface.equations, v.id))

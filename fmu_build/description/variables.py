@@ -132,7 +132,7 @@ def input_variables(e: Equations, at: int) -> Iterator[Variable]:
     Yields
     ------
     Variable
-        One an input, which may change continuously and starts at 0.
+        One an input, which may change continuously and starts at the value of the equations.
     """
     for i, x in enumerate(e.inputs, start=at):
         yield Variable(
@@ -144,7 +144,7 @@ def input_variables(e: Equations, at: int) -> Iterator[Variable]:
             variability="continuous",
             unit=x.unit,
             description=x.description,
-            start=0.0,
+            start=x.start,
         )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.remarks import remarks_on
 from haptid.identification.calibration.simulator import ForeignSimulator
+from haptid.identification.output.priors import tell_priors
 from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 from haptid.support.tables import Table, Told
@@ -150,11 +151,11 @@ def attention(calibration: Calibration) -> list[str]:
     for status, words in (
         ("at_bound", "at a bound"),
         ("unidentifiable", "not identifiable from these runs"),
-        ("prior", "known from the prior more than from these runs"),
     ):
         ids = [q.structured for q in calibration.fit.equations.parameters if calibration.fit.statuses[q.id] == status]
         if ids:
             said.append(f"{words}: {', '.join(ids)}")
+    said += tell_priors(calibration.fit, {q.id: q.structured for q in calibration.fit.equations.parameters})
     if not any(run.use == "validate" for run in calibration.campaign.runs):
         said.append('no run has use = "validate": nothing tells how well the FMU predicts')
     return [*said, *calibration.remarks]

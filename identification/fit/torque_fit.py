@@ -141,7 +141,7 @@ def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequenc
         changes[roles.stiction] = {
             "initial": mean,
             "upper": THRESHOLDS.largest_stiction_over_coulomb * level,
-            "prior": Normal(mean=mean, std=THRESHOLDS.stiction_prior_std_over_coulomb * level),
+            "prior": Normal(mean=mean, std=THRESHOLDS.stiction_prior_std_over_coulomb * level, source="restraint"),
         }
     if roles.stribeck_velocity and roles.stribeck_velocity not in stated:
         top = max(float(np.max(np.abs(filter_run(run).v))) for run in runs if run.use == "fit")
@@ -150,7 +150,7 @@ def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequenc
             "initial": usual,
             "lower": usual / THRESHOLDS.stribeck_speed_over_least_speed,
             "upper": THRESHOLDS.largest_stribeck_speed_over_top_speed * top,
-            "prior": Normal(mean=usual, std=usual),
+            "prior": Normal(mean=usual, std=usual, source="restraint"),
         }
     return equations.with_parameters(changes)
 

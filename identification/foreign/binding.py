@@ -117,7 +117,8 @@ def _quantity(variable: Variable, entry: Mapping[str, Any], where: str) -> Quant
         if not lower <= value <= upper:
             raise InputError(where, expected=f"a value in [{lower:g}, {upper:g}], as the FMU says", got=f"{value:g}")
         return _make_quantity(variable, initial=value, fixed=True)
-    prior = Normal(**{k: float(v) for k, v in entry["prior"].items()}) if "prior" in entry else None
+    told = entry.get("prior")
+    prior = None if told is None else Normal(mean=float(told["mean"]), std=float(told["std"]))
     stated = entry.get("initial", prior.mean if prior else variable.start)
     if stated is None:
         todo = "write { initial = … }"

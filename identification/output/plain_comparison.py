@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.delay import Delay
 from haptid.identification.baseline.figures import Figures
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome, tell_status
@@ -178,8 +179,18 @@ def seems_held_by_mistake(step: Step) -> bool:
     """
     if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
         return False
-    held = all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
-    return held and abs(step.compared.baseline.delay.rows + 0.5) <= THRESHOLDS.largest_distance_from_half_a_row
+    distance = abs(step.compared.baseline.delay.rows + 0.5)
+    return _is_held(step) and distance <= THRESHOLDS.largest_distance_from_half_a_row
+
+
+def _is_held(step: Step) -> bool:
+    return all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
+
+
+def _is_nearer_to_linear(step: Step, delay: Delay) -> bool:
+    """Say whether a held torque has less of a delay where it runs linearly, whatever else there is of a delay."""
+    std_rows = delay.std * abs(delay.rows / delay.value) if delay.value else 0.0
+    return _is_held(step) and abs(delay.rows + 0.5) + std_rows <= THRESHOLDS.nearer_to_half_a_row
 
 
 def tell_delay(step: Step) -> str | None:
@@ -206,6 +217,11 @@ def tell_delay(step: Step) -> str | None:
         return f'{acts}, as one that runs smoothly between rows does where hold = "zero" holds it: state {LINEAR_HOLD}'
     has = step.torque_scored or step.fit.outcome is Outcome.PLAIN
     told = "fit and plain model have this delay" if has else "the plain model has this delay, the fit has none"
+    if _is_nearer_to_linear(step, delay):
+        return (
+            f'{acts}: {told}; a torque that runs smoothly between rows, held by hold = "zero", acts half a row before: '
+            f"try {LINEAR_HOLD}"
+        )
     return f"{acts}: {told}; an exported FMU wants the torque at the time at which it acts"
 
 

@@ -20,6 +20,7 @@ from haptid.identification.output.plain_comparison import (
     tell_delay,
     tell_over_noise,
 )
+from haptid.identification.output.priors import tell_priors
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import (
     LONELY_NEAR_THE_DATA,
@@ -32,7 +33,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.statistics.score import residual_over_motion
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
-from haptid.support.numbers import plain
+from haptid.support.numbers import plain, says_nothing
 from haptid.support.tables import Table, Told
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "fit [s]", "outcome")
@@ -85,7 +86,8 @@ def parameter_rows(step: Step) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for quantity, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True):
         status = fit.statuses[quantity.id]
-        told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
+        width = f"{std:.2g}" if std > 0.0 and not says_nothing(std, quantity.lower, quantity.upper) else "-"
+        told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", width)
         rows.append((quantity.id, *told, quantity.unit, tell_status(status, fit.outcome.label)))
     for one in constant_torques(step):
         known = np.isfinite(one.std)
@@ -265,7 +267,7 @@ def attention(step: Step) -> list[str]:
     -------
     list of str
         Sentences on outcome, delay of the torque, constant torques of a plain model, parameters at bounds,
-        unidentifiable ones, contradictions and missing excitation.
+        unidentifiable ones, priors that hold or that the runs contradict, contradictions and missing excitation.
     """
     fit = step.fit
     delay = tell_delay(step)
@@ -273,13 +275,13 @@ def attention(step: Step) -> list[str]:
     said += [] if delay is None else [delay]
     said += tell_constant_torques(step)
     for status, words in (
-        ("at_bound", "at a bound"),
+        ("at_bound", "at the end of the range"),
         ("unidentifiable", "not identifiable from these runs"),
-        ("prior", "known from the prior more than from these runs"),
     ):
         ids = [id for id, s in fit.statuses.items() if s == status]
         if ids:
             said.append(f"{words}: {', '.join(ids)}")
+    said += tell_priors(fit)
     uncertain = uncertain_ids(step)
     if uncertain:
         said.append(f"{tell_uncertain(step)}, and what it lacks may have moved {', '.join(uncertain)}")

@@ -68,7 +68,7 @@ def carry_over(
 def _prior(q: Quantity, mean: float, std: float) -> dict[str, object]:
     if q.prior is not None:
         std = min(std, q.prior.std)
-    return {"initial": float(np.clip(mean, q.lower, q.upper)), "prior": Normal(mean=mean, std=std)}
+    return {"initial": float(np.clip(mean, q.lower, q.upper)), "prior": Normal(mean=mean, std=std, source="earlier")}
 
 
 def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement:

@@ -164,7 +164,8 @@ def fields_changed_by(quantity: Quantity, entry: Mapping[str, Any], where: str) 
             "lower": min(quantity.lower, value),
             "upper": max(quantity.upper, value),
         }
-    prior = Normal(**{k: float(v) for k, v in entry["prior"].items()}) if "prior" in entry else quantity.prior
+    told = entry.get("prior")
+    prior = quantity.prior if told is None else Normal(mean=float(told["mean"]), std=float(told["std"]))
     initial = float(entry.get("initial", prior.mean if "prior" in entry and prior else quantity.initial))
     lower = float(entry.get("lower", min(quantity.lower, initial)))
     upper = float(entry.get("upper", max(quantity.upper, initial)))

@@ -147,7 +147,13 @@ def _slides(table: Table, joint: int) -> bool:
 
 def _input(table: Table, joint: int, slides: bool, constants: Mapping[int, float]) -> DriveColumns:
     name = f"force_{joint}_N" if slides else f"torque_{joint}_Nm"
+    other = f"torque_{joint}_Nm" if slides else f"force_{joint}_N"
     current = f"current_{joint}_A"
+    if name not in table.columns and other in table.columns:
+        got = f"{other} beside position_{joint}_{'m' if slides else 'rad'}"
+        ways = "slides has a force in N" if slides else "turns has a torque in N m"
+        todo = f"a joint that {ways}: name that column {name}, with the factor to its unit"
+        raise InputError(table.header, expected=f"a column {name}", got=got, todo=todo)
     if name in table.columns or current not in table.columns:
         return _switch_by_enabled(table, joint, name, table.numbers(name))
     if joint not in constants:

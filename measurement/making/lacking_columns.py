@@ -13,6 +13,13 @@ _ALONE = r"(?<![a-z]){}(?![a-z])"
 """Pattern of letters that are a word of a name."""
 DEGREE = "0.0174533"
 """Radians of a degree, as a remedy writes them."""
+COUNT = "0.00153398"
+"""Radians of one count where 4096 make a turn, as a remedy writes them."""
+COUNTED = (
+    r"^(?!.*(?:torque|tau|effort|force|moment|current|amp|volt|duty|pwm|temp|time|stamp|clock)).*"
+    rf"{_ALONE.format('(?:counts?|cnts?|ticks?|raw|lsb|adc)')}"
+)
+"""Pattern of names of readings in counts that are none of another signal."""
 LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
     "time": (
         (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
@@ -39,6 +46,7 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (_ALONE.format("mm"), "position_{}_m*0.001"),
         (r"turns|rev", "position_{}_rad*6.28319"),
         (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
+        (COUNTED, f"position_{{}}_rad*{COUNT}"),
         (rf"angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*?"),
     ),
 }
@@ -88,6 +96,8 @@ def tell_how_to_name(
         column, goal = _likeliest_column(signal, unknown)
         if column:
             unknown.remove(column)
+            if signal == "torque" and joint_slides(joint, columns):
+                goal = re.sub(r"torque_{}_Nm(?:\*.*)?$", "force_{}_N", goal)
             sure, note = _choose_unit(goal.format(joint), interval_of(column) if interval_of else float("nan"))
             remedy.named.append(f"--map '{column}={sure}'")
             if note:
@@ -102,6 +112,26 @@ def tell_how_to_name(
     wider = _with_reference(remedy, unknown, joint).told() if "position" in lacking else whole
     # A cut name helps nobody: where all do not fit, one shows how.
     return next((told for told in (wider, whole) if len(told) <= LONGEST_REMEDY), remedy.shortest())
+
+
+def joint_slides(joint: int, columns: Sequence[str]) -> bool:
+    """Whether the position of a joint is a length, by its column or by the one that is likely meant.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint.
+    columns
+        Names of the columns, those of the campaign format among them.
+
+    Returns
+    -------
+    bool
+    """
+    if f"position_{joint}_rad" in columns or f"position_{joint}_m" in columns:
+        return f"position_{joint}_rad" not in columns
+    _, goal = _likeliest_column("position", [column for column in columns if not KNOWN.fullmatch(column)])
+    return goal.startswith("position_{}_m")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,6 +194,8 @@ def _with_reference(remedy: _Remedy, unknown: Sequence[str], joint: int) -> _Rem
 def _choose_unit(goal: str, interval: float = float("nan")) -> tuple[str, str]:
     """Return what a column is mapped to, with a factor, and a note on the other unit that is as likely."""
     name, _, factor = goal.partition("*")
+    if factor == COUNT:
+        return goal, "2π/4096 a count; else as calibrated"
     if factor != "?":
         return goal, ""
     if name != "time_s":

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.lacking_columns import tell_how_to_name
+from haptid.measurement.making.lacking_columns import joint_slides, tell_how_to_name
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -117,10 +117,17 @@ def _refuse_share_of_torque(columns: Sequence[str], file: str) -> None:
         found = SHARE_OF_TORQUE.search(name)
         if found and not KNOWN.fullmatch(name):
             number = re.search(rf"(?<!\d){JOINT}(?!\d)", name)
-            goal = f"torque_{number.group() if number else 0}_Nm"
-            part, factor = ("thousandth", "0.0024") if found["mille"] else ("hundredth", "0.024")
-            todo = f"state a {part} of the rated torque: --map '{name}={goal}*{factor}' where it is 2.4 N m"
-            raise InputError(file, expected="a torque in N m", got=f"{name!r}", todo=todo)
+            joint = int(number.group()) if number else 0
+            part, factor = ("thousandth", 1e-3) if found["mille"] else ("hundredth", 1e-2)
+            # A joint that slides has a force: a factor to N m would be refused by the reader of the campaign.
+            goal, unit, rated, word = (
+                (f"force_{joint}_N", "N", 240.0, "force")
+                if joint_slides(joint, columns)
+                else (f"torque_{joint}_Nm", "N m", 2.4, "torque")
+            )
+            option = f"--map '{name}={goal}*{factor * rated:.4g}'"
+            todo = f"state a {part} of the rated {word}: {option} where it is {rated:g} {unit}"
+            raise InputError(file, expected=f"a {word} in {unit}", got=f"{name!r}", todo=todo)
 
 
 def free_joints(

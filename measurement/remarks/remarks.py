@@ -13,7 +13,7 @@ import numpy as np
 
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
-from haptid.measurement.remarks.stated_controller import find_other_controllers
+from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
 from haptid.measurement.remarks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.remarks.torque_scale import off_scale
 from haptid.measurement.remarks.torque_sign import wrong_signs
@@ -33,7 +33,7 @@ class Remarks:
     Parameters
     ----------
     run
-        As it was read.
+        As it was read; with the recorded torque, where that of a stated controller takes its place in a fit.
     noise, resolution
         Stated, or estimated from the rows of this run [rad] ([m]), shape (n_joints,) each.
     by_joint
@@ -71,13 +71,14 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     """
     campaign = with_averaging(campaign)
     limits = limits_of(campaign)
+    controllers = find_other_controllers(campaign)
+    campaign = with_recorded_torques(campaign)
     between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
     turned = wrong_signs(campaign.runs)
     fulls = [with_noise(run) for run in campaign.runs]
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
     odd = find_odd_sensors(estimates)
     correlated = find_correlated_noise(fulls)
-    controllers = find_other_controllers(campaign)
     made = []
     for run, full, estimated in zip(campaign.runs, fulls, estimates, strict=True):
         shared = [*_few_rows(run), *_lost_rows(run), *(table[run.file] for table in between if run.file in table)]

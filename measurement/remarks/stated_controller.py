@@ -75,6 +75,35 @@ def find_other_controllers(campaign: Campaign) -> dict[tuple[str, int], str]:
     return found
 
 
+def with_recorded_torques(campaign: Campaign) -> Campaign:
+    """Put recorded torques in place of those that a stated controller gives along the measured motion.
+
+    A remark on the torque of a run speaks of what was recorded: the torque of a controller that is not that of the runs
+    may do the opposite.
+
+    Parameters
+    ----------
+    campaign
+        As it was read.
+
+    Returns
+    -------
+    Campaign
+        The same where no controller is stated, or no torque was recorded beside one.
+    """
+    return campaign.but(runs=tuple(_with_recorded_torque(run, campaign) for run in campaign.runs))
+
+
+def _with_recorded_torque(run: Run, campaign: Campaign) -> Run:
+    drive = campaign.drives.get(run.free_joints[0])
+    if len(run.free_joints) > 1 or drive is None or drive.controller is None or drive.kind != "torque":
+        return run
+    recorded = _recorded(run, drive, campaign)
+    if recorded is None or not np.isfinite(recorded).all():
+        return run
+    return run.but(u=(recorded * run.drive_inputs[ENABLED])[:, None])
+
+
 def _recorded(run: Run, drive: Drive, campaign: Campaign) -> Array | None:
     """Return the command as it was recorded, in the drive's unit; None where it was not."""
     (joint,) = run.free_joints

@@ -1,7 +1,7 @@
 """Look for slips of units, signs and columns in one run: `Run` in, remarks with their remedies out, no refusal.
 
-Looked for are degrees for radians, angles that begin anew after a turn, milliseconds for seconds, thousandths of
-torque's unit, a wrong sign of torque, clipped readings, and a stated noise that the rows contradict.
+Looked for are counts or degrees for radians, angles that begin anew after a turn, milliseconds for seconds,
+thousandths of torque's unit, a wrong sign of torque, clipped readings, and a stated noise that the rows contradict.
 """
 
 from __future__ import annotations
@@ -54,12 +54,18 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
 
 
 def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> str:
-    """Look for degrees: more travel than the device or any joint has, or the step of an encoder that counts in 360."""
+    """Look for degrees: more travel than the device or any joint has, or the step of an encoder that counts in 360.
+
+    Such a travel in whole numbers is more likely one in counts.
+    """
     travel, step = float(np.ptp(run.y[:, column])), float(estimated.resolution[column])
     if run.prismatic[column]:
         return ""
     remedy = "degrees? then multiply the position by 0.0174533"
     if travel > THRESHOLDS.largest_travel_of_revolute_joint_rad:
+        if np.array_equal(run.y[:, column], np.round(run.y[:, column])):
+            remedy = "counts? then multiply the position by the angle of one, as 2π/4096 = 0.00153398"
+            return f"travel {travel:.3g} rad in whole numbers on a revolute joint: {remedy}"
         return f"travel {travel:.3g} rad on a revolute joint: {remedy}"
     if travel > THRESHOLDS.largest_travel_over_range * range_of_motion:
         return f"travel {travel:.3g} rad, the device's joint has {range_of_motion:.3g}: {remedy}"

@@ -66,12 +66,15 @@ class Input:
         SI unit and words for a reader.
     structured
         Structured name of the FMU variable.
+    start
+        Value of an FMU that nobody gives this input, in ``unit``.
     """
 
     id: str
     unit: str
     description: str
     structured: str = ""
+    start: float = 0.0
 
     @property
     def symbol(self) -> sp.Symbol:

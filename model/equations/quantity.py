@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import sympy as sp
 
@@ -20,10 +20,14 @@ class Normal:
     ----------
     mean, std
         Mean and standard deviation, in the unit of the quantity.
+    source
+        Who put it in: the campaign or the device (``stated``), tests before this one (``earlier``), or haptid itself,
+        to hold what runs leave open (``restraint``).
     """
 
     mean: float
     std: float
+    source: Literal["stated", "earlier", "restraint"] = "stated"
 
     def __post_init__(self) -> None:
         """Check that both numbers are finite and the width is positive.

@@ -55,7 +55,8 @@ def drive_inputs(drive: Drive, *, prismatic: bool = False) -> tuple[Input, ...]:
     Returns
     -------
     tuple of Input
-        Command or reference first; then the supply of a duty, the switch, and the gain of the controller.
+        Command or reference first; then the supply of a duty, the switch, and the gain of the controller. An FMU
+        starts with the motor held and the stated gain: driven by its reference alone it would be limp at zeros.
     """
     unit, length = _command_unit(drive, prismatic), "m" if prismatic else "rad"
     inputs = []
@@ -67,12 +68,13 @@ def drive_inputs(drive: Drive, *, prismatic: bool = False) -> tuple[Input, ...]:
         inputs.append(Input(id=drive.kind, unit=unit, description=f"commanded {drive.kind}", structured=name))
     if drive.kind == "duty":
         name = DRIVE.format(part=SUPPLY)
-        inputs.append(Input(id=SUPPLY, unit="V", description="supply voltage", structured=name))
+        text = "supply voltage; without it the motor makes no torque"
+        inputs.append(Input(id=SUPPLY, unit="V", description=text, structured=name))
     name, text = DRIVE.format(part=ENABLED), "1; 0 while the motor is let go"
-    inputs.append(Input(id=ENABLED, unit="1", description=text, structured=name))
-    if drive.is_closed:
-        name = CONTROLLER.format(part="gain")
-        inputs.append(Input(id=GAIN, unit=_per(unit, length), description="gain of the controller", structured=name))
+    inputs.append(Input(id=ENABLED, unit="1", description=text, structured=name, start=1.0))
+    if drive.controller is not None:
+        name, text, gain = CONTROLLER.format(part="gain"), "gain of the controller", drive.controller.gain
+        inputs.append(Input(id=GAIN, unit=_per(unit, length), description=text, structured=name, start=gain))
     return tuple(inputs)
 
 

@@ -139,7 +139,8 @@ FITS = _group(
         "observed", "look",
         "Small errors grow during these runs. The fit feeds the measured position back through an observer and is no "
         "free simulation.",
-        "Use the values; expect a free simulation to drift.",
+        "Use identified values, but none that is told as uncertain: try haptid missing on this joint. Expect a free "
+        "simulation to drift.",
     ),
 )  # fmt: skip
 STATUSES = _group(
@@ -148,7 +149,8 @@ STATUSES = _group(
     ("fixed", "plain", "The campaign or the device fixes the value; it was not fitted.", "Free it to fit it."),
     (
         "prior", "look",
-        "The data did not halve the width of the prior: the value is mostly what was put in.",
+        "The data did not halve the width of the prior: the value is mostly what was put in. Where none was stated, "
+        "haptid holds stiction and Stribeck velocity near usual values.",
         "Make runs that excite it, or live with the prior.",
     ),
     (
@@ -158,8 +160,8 @@ STATUSES = _group(
     ),
     (
         "at_bound", "bad",
-        "The best value lies at a bound that was given: the data want to go beyond.",
-        "Widen the bound if physics allows, else look what the model lacks.",
+        "The best value lies at the end of its range, stated or chosen by haptid: the data want to go beyond.",
+        "State a wider range under [joint.J.parameters] if physics allows, else look what the model lacks.",
     ),
 )  # fmt: skip
 UNFIT = _group(

@@ -8,6 +8,7 @@ from typing import Any
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Section, Table, status_cell
 from haptid.support.errors import InputError
+from haptid.support.numbers import says_nothing
 
 NO_PICTURES = "Written from the JSON alone: the command that made it writes the page with pictures."
 
@@ -57,7 +58,7 @@ def _content_of(data: Mapping[str, Any]) -> tuple[str, str, list[Section]]:
 def _configuration(entry: Mapping[str, Any]) -> Section:
     joints = entry.get("free_joints", [])
     parameters = [
-        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), status_cell(p["status"], entry.get("outcome", "")))
+        (id, _tell_value(p), p.get("unit", ""), status_cell(p["status"], entry.get("outcome", "")))
         for id, p in entry["parameters"].items()
     ]
     runs = [(run["file"], run["use"], _score(run["rmse_over_noise"])) for run in entry["runs"]]
@@ -93,6 +94,14 @@ def _gap(gap: Mapping[str, Mapping[str, Any] | None]) -> Section:
     rows = [(name, *(_score(one[key]) for key in ("before", "after", "noise"))) for name, one in gap.items() if one]
     header = ("runs", "RMS before", "after", "noise")
     return Section(title="Before and after", tables=[Table(header=header, rows=rows)])
+
+
+def _tell_value(p: Mapping[str, Any]) -> str:
+    """Write a parameter with its error; no error that is far beyond the range, and then no value that is open."""
+    lower, upper = p.get("lower"), p.get("upper")
+    if p["std"] and lower is not None and upper is not None and says_nothing(p["std"], lower, upper):
+        return "–" if p["status"] == "unidentifiable" else f"{p['value']:.6g}"
+    return _with_std(p["value"], p["std"])
 
 
 def _with_std(value: float, std: float | None) -> str:

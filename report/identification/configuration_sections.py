@@ -27,6 +27,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Cell, Picture, Section, Table, word_cell
@@ -35,6 +36,7 @@ from haptid.report.identification.friction_figures import friction_picture
 from haptid.report.identification.parameter_figures import correlation_table, interval_picture
 from haptid.report.identification.plain_section import plain_section
 from haptid.report.identification.residual_figures import correlation_picture
+from haptid.support.numbers import says_nothing
 
 FIRST_SHOWN, RUNS_IN_A_ROW = 3, 2
 """Runs that are drawn before the reader unfolds the others, and most runs of one picture."""
@@ -177,7 +179,7 @@ def _parameters(step: Step) -> Table:
     rows = [
         (
             q.id,
-            with_error(value, std) if not q.fixed else f"{value:.4g}",
+            _tell_value(q, value, std, fit.statuses[q.id]),
             q.unit,
             unfit if q.id in uncertain else word_cell("status", fit.statuses[q.id]),
             f"{q.initial:.3g}",
@@ -192,6 +194,13 @@ def _parameters(step: Step) -> Table:
         rows.append((one.id, with_error(one.value, one.std), one.unit, status, "", "", meaning))
     header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
     return Table(header=header, rows=rows, caption="Parameters")
+
+
+def _tell_value(q: Quantity, value: float, std: float, status: str) -> str:
+    """Write a parameter with its error; no error that is far beyond the range, and then no value that is open."""
+    if says_nothing(std, q.lower, q.upper):
+        return "–" if status == "unidentifiable" else f"{value:.4g}"
+    return with_error(value, std) if not q.fixed else f"{value:.4g}"
 
 
 def _profiles(step: Step) -> Table:

@@ -17,6 +17,8 @@ HALF_WIDTH_95 = 1.96
 """Half width of a normal 95 % interval, in standard deviations."""
 LEAST_DRAWN, LARGEST_DRAWN = 1e-3, 1e3
 """Least and largest half width that is drawn, in percent of the value."""
+LARGEST_TOLD = 1e5
+"""Largest half width that is told by its number, in percent of the value."""
 
 
 def half_widths(fit: Fit) -> tuple[list[str], Array]:
@@ -32,12 +34,13 @@ def half_widths(fit: Fit) -> tuple[list[str], Array]:
     ids : list of str
         Parameters with a positive standard deviation, as they were fitted.
     widths : ndarray, shape (n,)
-        1.96 standard deviations in percent of the absolute value.
+        1.96 standard deviations in percent of the absolute value; infinite for one that is next to 0.
     """
     known = [id for id in fit.free if fit.std[fit.index(id)] > 0]
     rows = [fit.index(id) for id in known]
     values = np.maximum(np.abs(np.asarray(fit.theta)[rows]), np.finfo(float).tiny)
-    return known, 100 * HALF_WIDTH_95 * np.asarray(fit.std)[rows] / values
+    with np.errstate(over="ignore"):  # a value of 0 has no percent
+        return known, 100 * HALF_WIDTH_95 * np.asarray(fit.std)[rows] / values
 
 
 def interval_picture(fit: Fit, title: str, uncertain: Sequence[str] = ()) -> Picture | None:
@@ -97,7 +100,8 @@ def interval_figure(ids: list[str], widths: Array, identified: list[bool]) -> Fi
             colour, sign = (SIMULATED, "o") if identified[i] else (ACCENT, "D")
             axis.plot([LEAST_DRAWN, shown], [row, row], color=colour, lw=1.2)
             axis.plot([shown], [row], sign, ms=5, color=colour)
-            axis.text(1.15 * LARGEST_DRAWN, row, f"± {widths[i]:.2g} %", va="center", fontsize=8)
+            told = f"± {widths[i]:.2g} %" if widths[i] <= LARGEST_TOLD else f"> {LARGEST_TOLD:g} %"
+            axis.text(1.15 * LARGEST_DRAWN, row, told, va="center", fontsize=8)
         axis.set_xscale("log")
         axis.set_xlim(LEAST_DRAWN, LARGEST_DRAWN)
         axis.set_yticks(range(len(ids)), [ids[i] for i in order], fontsize=8)

@@ -140,6 +140,24 @@ def test_fault_in_a_table(folder, line, text, pattern):
     fault(folder, pattern)
 
 
+@pytest.mark.parametrize(
+    ("renamed", "pattern"),
+    [
+        (
+            {"position_4_rad": "position_4_m"},
+            r"a column force_4_N, got torque_4_Nm beside position_4_m; a joint that slides has a force in N: name that",
+        ),
+        (
+            {"torque_4_Nm": "force_4_N"},
+            r"a column torque_4_Nm, got force_4_N beside position_4_rad; a joint that turns has a torque in N m: name",
+        ),
+    ],
+)
+def test_a_torque_of_a_joint_that_slides_is_no_misnamed_column(folder, renamed, pattern):
+    folder.frame.rename(columns=renamed).to_csv(folder.path / "a.csv", index=False)
+    fault(folder, pattern)
+
+
 def test_too_many_cells_in_a_line(folder):
     folder.line(9, "0.035,0.1,0.2,0.3,0.4")
     fault(folder, r"a\.csv, line 9: expected 3 cells, as the header has, got 5; where a comma is the decimal sign")

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,48 @@ def test_new_says_which_column_lacks(tables, tmp_path, maps, lacking):
     result = run_new(tables, "--out", tmp_path / "made", "--measured", *flags)
     assert result.exit_code == 2
     assert lacking in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("position", "torque", "told"),
+    [
+        ("Position actual value [mm]", "Actual torque [%]", "a force in N, got 'Actual torque [%]'; state a hundredth"),
+        ("Position actual value [mm]", "Motor torque", "; no torque: use --map 'Motor torque=force_0_N'"),
+        ("Position actual value [rad]", "Actual torque [0.1%]", "a torque in N m, got 'Actual torque [0.1%]'; state a"),
+        ("Position actual value [rad]", "Motor torque", "; no torque: use --map 'Motor torque=torque_0_Nm'"),
+    ],
+)
+def test_what_new_says_of_a_torque_is_obeyed_without_another_error(tables, tmp_path, position, torque, told):
+    for path in tables.iterdir():
+        named = pd.read_csv(path).set_axis(["Time [ms]", torque, position], axis="columns")
+        named.assign(**{position: 0.05 * named[position]}).to_csv(path, index=False)
+    refused = run_new(tables, "--out", tmp_path / "made", "--measured")
+    assert refused.exit_code == 2
+    assert told in refused.stderr
+    option = re.search(r"--map '([^']+)'", refused.stderr)[1]
+    obeyed = run_new(tables, "--out", tmp_path / "made", "--measured", "--map", option)
+    assert obeyed.exit_code == 0, obeyed.output
+
+
+@pytest.mark.parametrize("name", ["Pot (counts)", "Sensor ADC", "pot_raw", "Hall ticks", "Encoder LSB"])
+def test_new_says_that_counts_want_a_factor(tables, tmp_path, name):
+    for path in tables.iterdir():
+        named = pd.read_csv(path).set_axis(["Time [ms]", "Motor torque [Nm]", name], axis="columns")
+        named.assign(**{name: (40 * named[name]).round().astype(int)}).to_csv(path, index=False)
+    refused = run_new(tables, "--out", tmp_path / "made", "--measured")
+    assert refused.exit_code == 2
+    hint = f"--map '{name}=position_0_rad*0.00153398' (2π/4096 a count; else as calibrated)"
+    assert hint in refused.stderr
+    # Without the factor the rows are taken, with a remark on counts.
+    made = run_new(tables, "--out", tmp_path / "made", "--measured", "--map", f"{name}=position_0_rad")
+    assert "counts? then multiply the position by the angle of one" in made.output
+
+
+def test_a_current_in_counts_is_no_position(tables, tmp_path):
+    for path in tables.iterdir():
+        pd.read_csv(path).set_axis(["Time [ms]", "Current raw", "Winkel"], axis="columns").to_csv(path, index=False)
+    refused = run_new(tables, "--out", tmp_path / "made", "--measured", "--map", "Current raw=current_0_A")
+    assert "'Winkel=position_0_rad'" in refused.stderr
 
 
 def test_new_says_everything_that_lacks_at_once(tables, tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.summary import summarise
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.remarks.stated_controller import find_other_controllers
 from haptid.support.errors import LONGEST
@@ -63,6 +64,24 @@ def test_the_right_unit_a_delay_and_what_was_not_recorded_get_no_remark(
     tmp_path: Path, tables: str, columns: dict[str, np.ndarray]
 ) -> None:
     assert find_other_controllers(read_campaign(campaign(tmp_path, tables, **columns))) == {}
+
+
+def test_remarks_on_a_torque_are_on_the_recorded_one(tmp_path: Path) -> None:
+    """The torque of a controller that is not that of the runs took work, and a wrong sign of the torque was told."""
+    # The stated law makes -10 times the recorded torque of these runs.
+    backwards = POSITION - SPEED / 50.0
+    tables, columns = LOOP.format(gain=25.0, damping=0.0, limit=30.0), {"torque_0_Nm": 0.05 * SPEED}
+    read = read_campaign(campaign(tmp_path, tables, reference_0_rad=backwards, **columns))
+    assert np.mean(read.runs[0].u[:, 0] * SPEED) < 0
+    rows = summarise(read)
+    told = [remark for row in rows for remark in row.remarks]
+    assert any("the stated controller is not the one of these runs" in remark for remark in told)
+    assert not any("sign" in remark for remark in told)
+    assert rows[0].facts["torque_half_range_Nm"] == pytest.approx(np.ptp(0.05 * SPEED) / 2)
+    # Nothing is recorded: what the controller gives is all there is to show.
+    (tmp_path / "other").mkdir()
+    alone = summarise(read_campaign(campaign(tmp_path / "other", tables, reference_0_rad=backwards)))
+    assert alone[0].facts["torque_half_range_Nm"] == pytest.approx(np.ptp(0.5 * SPEED) / 2, rel=1e-3)
 
 
 def test_a_controller_of_another_size_or_of_other_runs_is_told(tmp_path: Path) -> None:

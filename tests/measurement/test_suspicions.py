@@ -22,6 +22,7 @@ from tests.real_data import DATA
 
 WORDS = (
     "degrees?",
+    "counts?",
     "milliseconds?",
     "sign wrong",
     "clipped",
@@ -86,6 +87,7 @@ def test_little_friction_is_no_wrong_sign(seed: int):
     ("run", "word"),
     [
         (lambda t, u, y: a_run(t, u, 180 * y), "degrees?"),
+        (lambda t, u, y: a_run(t, u, np.round(4096 * y)), "counts? then multiply the position by the angle of one"),
         (lambda t, u, y: a_run(t, u, np.mod(20 * y, 2 * np.pi)), "the position wraps by 6.283 rad"),
         (lambda t, u, y: a_run(1000 * t, u, y), "milliseconds?"),
         (lambda t, u, y: a_run(t, -u, y), "sign wrong"),

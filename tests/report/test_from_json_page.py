@@ -48,6 +48,19 @@ def test_an_identification_has_its_parameters_and_its_scores():
     ]  # fmt: skip
 
 
+def test_an_error_far_beyond_the_range_is_not_shown():
+    """A spring's equilibrium was told as (0.0 ± 3.7)e+12 m where no spring was."""
+    (entry,) = IDENTIFICATION["configurations"]
+    open_one = {"value": 2.6, "std": 3.7e12, "unit": "m", "lower": -3.0, "upper": 4.8}
+    told = {
+        "epos": {**open_one, "status": "unidentifiable"},
+        "vs": {**open_one, "status": "prior"},
+        "x": {**open_one, "std": 7.0, "status": "unidentifiable"},
+    }
+    page = shown({**IDENTIFICATION, "configurations": [{**entry, "parameters": told}]})
+    assert page.table("Joint 4", heading="parameter").column("value ± std") == ["–", "2.6", "2.6 ± 7.0"]
+
+
 def test_a_value_of_a_model_that_does_not_fit_is_uncertain():
     (entry,) = IDENTIFICATION["configurations"]
     page = shown({**IDENTIFICATION, "configurations": [{**entry, "outcome": "above_noise"}]})
