@@ -36,8 +36,9 @@ class Start:
     prior
         Which δ have the prior N(0, 1), shape (n_δ,).
     guess
-        δ from which a descent begins, shape (n_δ,): the slope of the first rows where a joint starts in motion. From
-        rest a joint would have to break loose against its friction first, and a descent ends where it does not.
+        δ of a run that begins in motion, shape (n_δ,): the slope of the first rows where a joint starts in motion, else
+        0. A fit has the observer's help on the way from rest; a single descent without it ends where a joint that
+        coasts sticks to its friction. The slope alone is no better: that of a joint that breaks loose is none at t = 0.
     """
 
     base: Array

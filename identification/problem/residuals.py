@@ -181,7 +181,7 @@ class Problem:
         return tuple(start.at(x[part]) for start, part in zip(self.starts, self.slices(), strict=True))
 
     def unknowns_at(self, theta: Array) -> Array:
-        """Return the unknowns at given parameters, with every run started at its `Start.guess`.
+        """Return the unknowns at given parameters, with every run started at δ = 0.
 
         Parameters
         ----------
@@ -193,7 +193,9 @@ class Problem:
         ndarray, shape (n,)
             Unknowns x.
         """
-        return np.concatenate([self.parametrisation.to_coordinates(theta), *(start.guess for start in self.starts)])
+        x = np.zeros(self.size)
+        x[: self.n_parameters] = self.parametrisation.to_coordinates(theta)
+        return x
 
     def constraints(self) -> tuple[Array, Array]:
         """Write finite bounds and orderings as linear inequalities A·x ≥ b.

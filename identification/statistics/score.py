@@ -54,7 +54,7 @@ def residuals(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
 
 
 def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velocity: bool = False) -> Array:
-    """Fit the initial state of a run at fixed parameters, by least squares from the first sample.
+    """Fit the initial state of a run at fixed parameters, by least squares from rest or from the first rows' slope.
 
     Parameters
     ----------
@@ -79,8 +79,10 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     def whiten_at(*delta: float) -> tuple[Array, Array]:
         return _whiten(simulator, theta, run, start, np.array(delta), rows)
 
-    first = start.guess
-    if not np.isfinite(whiten_at(*first)[0]).all():
+    begins = [np.zeros(len(start.states)), start.guess] if start.guess.any() else [start.guess]
+    costs = [float(np.sum(whiten_at(*delta)[0] ** 2)) for delta in begins]
+    first = begins[int(np.argmin(costs))]
+    if not np.isfinite(min(costs)):
         return start.at(first)
     best = least_squares(
         lambda delta: whiten_at(*delta)[0],
