@@ -147,6 +147,8 @@ class Thresholds:
     size."""
     rows_of_initial_velocity: int = 9
     """Number of rows at the beginning of a run that the parabola of the initial velocity is fitted to [1]."""
+    rows_of_velocity_guess: int = 5
+    """Number of rows at the beginning of a run whose parabola gives the velocity from which a descent begins [1]."""
     least_initial_velocity_in_std: float = 6.0
     """Initial velocity over its standard deviation [1] above which a run counts as started in motion, so that its
     initial velocity is fitted."""

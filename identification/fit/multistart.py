@@ -204,7 +204,8 @@ def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> Fit
     options
         Choices of the fit.
     alone
-        Whether this start is the only one, and descends at the last gain at once: a minimum needs no way to it.
+        Whether this start is the only one, and descends at the last gain at once, from the initial states of the fit: a
+        minimum needs no way to it.
 
     Returns
     -------
@@ -213,7 +214,8 @@ def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> Fit
     """
     start = tuple(float(x) for x in found.theta)
     if alone:
-        return options.but(start=start, starts=1, gains=options.gains[-1:])
+        states = {file: tuple(float(x) for x in x0) for file, x0 in found.x0.items()}
+        return options.but(start=start, states=states, starts=1, gains=options.gains[-1:])
     return options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
 
 

@@ -36,9 +36,8 @@ class Start:
     prior
         Which δ have the prior N(0, 1), shape (n_δ,).
     guess
-        δ of a run that begins in motion, shape (n_δ,): the slope of the first rows where a joint starts in motion, else
-        0. A fit has the observer's help on the way from rest; a single descent without it ends where a joint that
-        coasts sticks to its friction. The slope alone is no better: that of a joint that breaks loose is none at t = 0.
+        δ of a run that is clearly in motion, shape (n_δ,): the slope of its first rows, else 0. A fit has the
+        observer's help on the way from rest; a descent without it ends where a joint that coasts sticks to its friction.
     """
 
     base: Array
@@ -64,14 +63,31 @@ class Start:
         x0[list(self.states)] += self.unit * delta
         return x0
 
+    def delta_of(self, x0: Array) -> Array:
+        """Return the nuisance parameters δ of an initial state, the inverse of `at`.
 
-def first_slopes(run: Run) -> tuple[Array, Array]:
-    """Estimate the initial velocities by a parabola through the first `THRESHOLDS.rows_of_initial_velocity` rows.
+        Parameters
+        ----------
+        x0
+            Initial state, shape (n_x,).
+
+        Returns
+        -------
+        ndarray, shape (n_δ,)
+        """
+        index = list(self.states)
+        return np.asarray((x0[index] - self.base[index]) / self.unit)
+
+
+def first_slopes(run: Run, rows: int = THRESHOLDS.rows_of_initial_velocity) -> tuple[Array, Array]:
+    """Estimate the initial velocities by a parabola through the first rows.
 
     Parameters
     ----------
     run
         Run with positions y [rad], shape (n_t, n_joints).
+    rows
+        Number of rows that the parabola is fitted to.
 
     Returns
     -------
@@ -80,10 +96,21 @@ def first_slopes(run: Run) -> tuple[Array, Array]:
     std : ndarray, shape (n_joints,)
         Standard deviation of the velocity that the sensor's noise causes [rad/s].
     """
-    n = min(THRESHOLDS.rows_of_initial_velocity, run.t.size)
+    n = min(rows, run.t.size)
     A = np.stack((np.ones(n), run.t[:n], run.t[:n] ** 2), axis=1)
     inverse = np.linalg.pinv(A)
     return (inverse @ run.y[:n])[1], run.sensor_std * float(np.linalg.norm(inverse[1]))
+
+
+def _velocity_guess(run: Run) -> Array:
+    """Guess the initial velocities of joints that are clearly in motion [rad/s]; those of others are 0.
+
+    So are all where velocities are measured, which the base has. Few rows count: the jerk of a joint that breaks loose
+    from rest looks like a velocity in many.
+    """
+    slope, std = first_slopes(run, THRESHOLDS.rows_of_velocity_guess)
+    clear = np.abs(slope) > THRESHOLDS.least_initial_velocity_in_std * std
+    return np.where(clear & (run.v is None), slope, 0.0)
 
 
 def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> Start:
@@ -126,8 +153,7 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
         width = np.maximum(3.0 * std, 0.3 * np.abs(base[n : 2 * n]) if run.v is not None else np.abs(slope))
         unit += list(width)
         prior += [True] * n
-        # A measured velocity is in the base already.
-        guess += list(np.where(moving & (run.v is None), slope / width, 0.0))
+        guess += list(_velocity_guess(run) / width)
     differing = [k for k, state in enumerate(equations.states) if state.start_std > 0]
     states += differing
     unit += [equations.states[k].start_std for k in differing]

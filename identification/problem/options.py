@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from haptid.identification.thresholds import THRESHOLDS
@@ -28,6 +29,9 @@ class FitOptions:
         Time weights of the first and the second half of a run.
     start
         First start θ, shape (n_p,); the first guesses where None.
+    states
+        Initial states of the runs from which a start descends, (n_x,) by file; those of the readings where a file is
+        missing, or has another number of states.
     priors
         Whether the parameters' priors enter the cost.
     robust
@@ -53,6 +57,7 @@ class FitOptions:
     workers: int = 1
     weights: tuple[float, float] = THRESHOLDS.weights_of_run_halves
     start: tuple[float, ...] | None = None
+    states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     priors: bool = True
     robust: bool = False
     free_velocity: bool = False

@@ -181,7 +181,7 @@ class Problem:
         return tuple(start.at(x[part]) for start, part in zip(self.starts, self.slices(), strict=True))
 
     def unknowns_at(self, theta: Array) -> Array:
-        """Return the unknowns at given parameters, with every run started at δ = 0.
+        """Return the unknowns at given parameters, with every run started at δ = 0 or at the state of the options.
 
         Parameters
         ----------
@@ -195,6 +195,10 @@ class Problem:
         """
         x = np.zeros(self.size)
         x[: self.n_parameters] = self.parametrisation.to_coordinates(theta)
+        for run, start, part in zip(self.runs, self.starts, self.slices(), strict=True):
+            state = self.options.states.get(run.file, ())
+            if len(state) == start.base.size:
+                x[part] = start.delta_of(np.array(state))
         return x
 
     def constraints(self) -> tuple[Array, Array]:

@@ -167,6 +167,5 @@ def unknowns_of(problem: Problem, fit: Fit) -> Array:
     """
     x = problem.unknowns_at(fit.theta)
     for run, start, part in zip(problem.runs, problem.starts, problem.slices(), strict=True):
-        index = list(start.states)
-        x[part] = (fit.x0[run.file][index] - start.base[index]) / start.unit
+        x[part] = start.delta_of(fit.x0[run.file])
     return x
