@@ -36,8 +36,8 @@ class Start:
     prior
         Which δ have the prior N(0, 1), shape (n_δ,).
     guess
-        δ of a run that is clearly in motion, shape (n_δ,): the slope of its first rows, else 0. A fit has the
-        observer's help on the way from rest; a descent without it ends where a joint that coasts sticks to its friction.
+        δ of a run that is clearly in motion, shape (n_δ,): the slope of its first rows, else 0. A fit has the help of
+        the observer on the way from rest; without it, a descent ends where a joint that coasts sticks to its friction.
     """
 
     base: Array
