@@ -131,7 +131,7 @@ def ids_of(model: TorqueFit) -> np.ndarray:
     return np.array([q.id for q in model.problem.simulator.equations.parameters])
 
 
-@pytest.mark.parametrize(("with_lag", "doubted"), [(0.013, {LAG}), (0.012, set())])
+@pytest.mark.parametrize(("with_lag", "doubted"), [(0.021, {LAG}), (0.0145, set())])
 def test_effects_with_which_unseen_runs_are_simulated_clearly_worse_are_doubted(
     without_lag, monkeypatch, with_lag: float, doubted: set[str]
 ):
