@@ -28,6 +28,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.encoder_zero import is_felt, with_encoder_zeros, without_encoder_zeros, zero_states
 from haptid.support.errors import NumericalError
+from haptid.support.linear_algebra import rms
 
 
 def fit_with_zeros(
@@ -87,8 +88,8 @@ def _are_places(zeroed: Fit) -> bool:
 
 def _over_noise_unseen(fit: Fit) -> float:
     """RMS residual over the noise on the runs that no fit saw; 0 where there are none."""
-    unseen = [score.over_noise**2 for score in fit.runs if score.use != "fit"]
-    return float(np.sqrt(np.mean(unseen))) if unseen else 0.0
+    unseen = [score.over_noise for score in fit.runs if score.use != "fit"]
+    return rms(unseen) if unseen else 0.0
 
 
 def encoder_zeros(fit: Fit) -> dict[str, Array]:
