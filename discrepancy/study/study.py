@@ -25,6 +25,7 @@ from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.law import FrictionLaw, Roles
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
@@ -339,9 +340,7 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
         for q in base.parameters
         if q.scale == "log" and not q.fixed
     }
-    several = len(base.joints) > 1
-    for i, j in enumerate(base.joints):
-        suffix = f"_{j}" if several else ""
+    for i, suffix in enumerate(id_suffixes(base.joints)):
         travel = max(float(np.ptp(np.concatenate([run.y[:, i] for run in runs]))), 1e-9)
         torque = max(float(np.abs(run.u[:, i]).max()) for run in runs)
         stiffest = THRESHOLDS.study.largest_stiffness_in_torque_per_travel * torque / travel

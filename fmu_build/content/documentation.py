@@ -19,6 +19,7 @@ from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
 from haptid.support.numbers import says_nothing
 
@@ -128,10 +129,9 @@ def _formulas(e: Equations) -> list[Markup]:
 def _stribeck_levels(e: Equations) -> dict[sp.Expr, sp.Symbol]:
     """Return the Stribeck level g(v) of each joint as the right-hand side has it, and the symbol that replaces it."""
     levels = {}
-    for joint, friction in zip(e.joints, e.friction, strict=False):
-        law, number = law_named(friction), "" if len(e.joints) == 1 else str(joint)
+    for suffix, friction in zip(id_suffixes(e.joints), e.friction, strict=False):
+        law, number = law_named(friction), suffix.removeprefix("_")
         if law.level is not None:
-            suffix = number and f"_{number}"
             p = {id: sp.Symbol(f"{id}{suffix}", real=True) for id in law.ids}
             levels[law.level(sp.Symbol(f"v{number}", real=True), p)] = sp.Symbol(f"g{suffix}")
     return levels

@@ -24,6 +24,7 @@ from haptid.fmu_build.exchange.possible import (
 from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.device import STANDARD, Device
 from haptid.model.device.stated_parameters import ORDERED, ROWS
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.drive_terms import DERIVATIVE_GAIN, INTEGRAL_GAIN, LIMIT
 from haptid.model.joint.joint_in_device import joint_quantities
@@ -68,7 +69,7 @@ def check_tests(data: Mapping[str, Any], path: str) -> None:
             check_value(float(entry["value"]), ANY, f"{where}.value")
             check_bounds(entry, where)
         else:
-            known = list(ROWS) if len(joints) == 1 else [f"{name}_{j}" for j in joints for name in ROWS]
+            known = [f"{name}{suffix}" for suffix in id_suffixes(joints) for name in ROWS]
             expected, todo = "parameters of a locked joint", did_you_mean(id, known)
             raise InputError(where.removesuffix(f".{id}"), expected=expected, got=repr(id), todo=todo)
 

@@ -12,6 +12,7 @@ from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_check import check_tests
 from haptid.model.equations.drive import Controller, Drive
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.model.joint.parameter_table import all_ids, parameter_rows
 from haptid.model.thresholds import THRESHOLDS as MODEL
@@ -100,10 +101,10 @@ def read_identification(path: Path) -> dict[str, Any]:
 def _check_friction(configuration: Mapping[str, Any], where: str) -> None:
     """Refuse an unknown friction law, and parameters of one that a joint does not have."""
     joints = configuration["free_joints"]
-    for joint, law in zip(joints, friction_of(configuration, where), strict=True):
-        tail = "" if len(joints) == 1 else f"_{joint}"
+    laws = friction_of(configuration, where)
+    for joint, suffix, law in zip(joints, id_suffixes(joints), laws, strict=True):
         others = set(all_ids()) - {row.id for row in parameter_rows(law)}
-        lacking = {f"{id}{tail}" for id in others} & set(configuration["parameters"])
+        lacking = {f"{id}{suffix}" for id in others} & set(configuration["parameters"])
         if lacking:
             place, todo = f"{where}.parameters", f"the friction of joint {joint} is {law}"
             raise InputError(place, expected="parameters of a locked joint", got=repr(min(lacking)), todo=todo)

@@ -24,6 +24,7 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion, common_wi
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.support.linear_algebra import column_rms
 from haptid.support.processes.threads import on_one_thread
 
@@ -74,8 +75,7 @@ class Baseline:
         float
             Estimate in the parameter's unit.
         """
-        joints = self.regressor.joints
-        return self.values[id if len(joints) == 1 else f"{id}_{joints[k]}"]
+        return self.values[id + id_suffixes(self.regressor.joints)[k]]
 
     @property
     def offset(self) -> Array:

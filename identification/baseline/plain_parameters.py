@@ -16,6 +16,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.stated_parameters import ROWS, possible_range, possible_value
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
 
 
@@ -38,8 +39,7 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
         lacks.
     """
     known = baseline.values
-    single = len(baseline.regressor.joints) == 1
-    for k, j in enumerate(baseline.regressor.joints):
+    for k, suffix in enumerate(id_suffixes(baseline.regressor.joints)):
         travel = max(float(np.ptp(run.y[:, k])) for run in runs)
         torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
         coulomb = max(baseline.of_joint("Fc", k), THRESHOLDS.least_friction_over_torque * torque)
@@ -49,7 +49,7 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
         if roles.stiffness:
             values[roles.stiffness] = coulomb / (THRESHOLDS.presliding_of_plain_model_over_travel * travel)
         # What the plain model itself states, such as gravity, goes before the zeros.
-        known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
+        known = {f"{id}{suffix}": value for id, value in values.items()} | known
     return np.array([_possible(q.id, known.get(q.id, q.initial)) for q in equations.parameters])
 
 
@@ -80,20 +80,19 @@ def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations,
     """
     ids = [q.id for q in equations.parameters]
     moved = theta.copy()
-    for k, j in enumerate(baseline.regressor.joints):
-        tail = "" if len(baseline.regressor.joints) == 1 else f"_{j}"
+    for k, suffix in enumerate(id_suffixes(baseline.regressor.joints)):
         offset = baseline.of_joint("offset", k)
-        if runs[0].prismatic[k] and f"gravity_cos{tail}" in ids:
-            moved[ids.index(f"gravity_cos{tail}")] += offset
-        elif f"Ks{tail}" in ids and offset:
+        if runs[0].prismatic[k] and f"gravity_cos{suffix}" in ids:
+            moved[ids.index(f"gravity_cos{suffix}")] += offset
+        elif f"Ks{suffix}" in ids and offset:
             travel = max(float(np.ptp(run.y[:, k])) for run in runs)
             torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
             softest = THRESHOLDS.soft_spring_torque_over_torque * torque / travel
             # A softer one would have its end where no file may state it.
             stiffness = max(softest, abs(offset) / possible_range("epos")[1])
-            moved[ids.index(f"Ks{tail}")] = stiffness
+            moved[ids.index(f"Ks{suffix}")] = stiffness
             # Ks·(q − epos) is −Ks·epos at every position of the joint, to the share above.
-            moved[ids.index(f"epos{tail}")] = -offset / stiffness
+            moved[ids.index(f"epos{suffix}")] = -offset / stiffness
     return moved
 
 
@@ -114,8 +113,7 @@ def parameter_ids(baseline: Baseline, friction: Sequence[str]) -> dict[str, str]
     """
     regressor = baseline.regressor
     names = {id: id for id in regressor.ids[: regressor.n_rigid]}
-    for k, j in enumerate(regressor.joints):
-        tail = "" if len(regressor.joints) == 1 else f"_{j}"
+    for k, suffix in enumerate(id_suffixes(regressor.joints)):
         roles = law_named(friction[k]).roles
-        names |= {f"Fv{tail}": f"{roles.viscous}{tail}", f"Fc{tail}": f"{roles.coulomb}{tail}"}
+        names |= {f"Fv{suffix}": f"{roles.viscous}{suffix}", f"Fc{suffix}": f"{roles.coulomb}{suffix}"}
     return names

@@ -22,6 +22,7 @@ from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.algebra.trig_polynomials import position_symbol, velocity_symbol
 from haptid.model.device.device import Device
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.rigid_body.locked_dynamics import locked_motion
 
 FRICTION = ("Fv", "Fc", "offset")
@@ -79,15 +80,14 @@ class Regressor:
         -------
         Regressor
         """
-        single = len(joints) == 1
         if device is None:
             rigid = _single_joint(joints[0], slides=prismatic[0])
             units = {id: unit_for(UNITS[id], prismatic) for id in rigid}
         else:
             rigid, units = _build_locked_columns(device, joints, posture)
         ids, all_units = [*rigid], [units[id] for id in rigid]
-        for k, j in enumerate(joints):
-            ids += [id if single else f"{id}_{j}" for id in FRICTION]
+        for k, suffix in enumerate(id_suffixes(joints)):
+            ids += [f"{id}{suffix}" for id in FRICTION]
             all_units += [unit_for(UNITS[id], [prismatic[k]]) for id in FRICTION]
         return cls(joints=tuple(joints), ids=tuple(ids), units=tuple(all_units), rigid=tuple(rigid.values()))
 

@@ -17,6 +17,7 @@ from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
@@ -96,7 +97,7 @@ class TorqueAlong:
         float
             Value in the parameter's unit; 0 where the equations have no such parameter.
         """
-        full = id if len(self.prismatic) == 1 else f"{id}_{self.regressor.joints[k]}"
+        full = id + id_suffixes(self.regressor.joints)[k]
         return float(theta[self.places[full]]) if full in self.places else 0.0
 
     def torque(self, theta: Array, motion: FilteredMotion) -> Array:

@@ -29,6 +29,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 from haptid.model.device.stated_parameters import possible_guess
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.registry import law_named
 
@@ -131,10 +132,8 @@ def wider_ranges(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> dict[st
 
 def _stictions(found: Fit) -> dict[str, int]:
     """Return the place of the joint among the free ones by the id of its stiction."""
-    joints = found.equations.joints
-    tails = [f"_{joint}" if len(joints) > 1 else "" for joint in joints]
-    laws = zip(found.equations.friction, tails, strict=True)
-    return {f"{law_named(law).roles.stiction}{tail}": k for k, (law, tail) in enumerate(laws)}
+    laws = zip(found.equations.friction, id_suffixes(found.equations.joints), strict=True)
+    return {f"{law_named(law).roles.stiction}{suffix}": k for k, (law, suffix) in enumerate(laws)}
 
 
 def largest_command(equations: Equations, runs: Sequence[Run], place: int | None = None) -> float:

@@ -24,6 +24,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
 from haptid.model.device.stated_parameters import ROWS, possible_guess
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.law import Sliding
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.coupled_joints import configuration_equations
@@ -53,15 +54,15 @@ def guess_of_device(
         The same where all friction is stated, or the runs do not show the plain model.
     """
     joints = runs[0].free_joints if runs else ()
-    tails = _tails(joints)
-    open_ones = [_ids_at_defaults(equations, tail, k, stated) for k, tail in enumerate(tails)]
+    suffixes = id_suffixes(joints)
+    open_ones = [_ids_at_defaults(equations, suffix, k, stated) for k, suffix in enumerate(suffixes)]
     if not any(open_ones) or not any(run.use == "fit" for run in runs):
         return equations
-    gain = [equations.parameter(f"Kp{tail}").initial for tail in tails]
+    gain = [equations.parameter(f"Kp{suffix}").initial for suffix in suffixes]
     plain = fit_baseline(runs, device, posture, gain)
     if plain is None:
         return equations
-    changes = _friction(equations, plain, runs, dict(zip(tails, open_ones, strict=True)))
+    changes = _friction(equations, plain, runs, dict(zip(suffixes, open_ones, strict=True)))
     if all(open_ones):
         changes |= _begin_at(equations, plain, stated)
     return equations.with_parameters(changes)
@@ -84,7 +85,7 @@ def states_no_friction(device: Device, joints: Sequence[int], posture: Sequence[
     bool
     """
     equations = configuration_equations(device, joints, posture or None)
-    return all(_ids_at_defaults(equations, tail, k, ()) for k, tail in enumerate(_tails(joints)))
+    return all(_ids_at_defaults(equations, suffix, k, ()) for k, suffix in enumerate(id_suffixes(joints)))
 
 
 def friction_left_open(
@@ -109,14 +110,10 @@ def friction_left_open(
         Ids as in the equations of the free joints, as ``sigma0_1``, or ``sigma0`` for a single joint.
     """
     equations = configuration_equations(device, joints, posture or None)
-    return tuple(
-        f"{id}{tail}" for k, tail in enumerate(_tails(joints)) for id in _ids_at_defaults(equations, tail, k, stated)
-    )
-
-
-def _tails(joints: Sequence[int]) -> list[str]:
-    """Return what ends the ids of the parameters of each free joint."""
-    return [f"_{j}" if len(joints) > 1 else "" for j in joints]
+    left_open: list[str] = []
+    for k, suffix in enumerate(id_suffixes(joints)):
+        left_open += [f"{id}{suffix}" for id in _ids_at_defaults(equations, suffix, k, stated)]
+    return tuple(left_open)
 
 
 def guess_along(
@@ -156,25 +153,25 @@ def _friction(
     width = common_width(runs)
     motions = [filter_run(run, width) for run in runs if run.use == "fit"]
     changes: dict[str, dict[str, object]] = {}
-    for k, (tail, ids) in enumerate(own.items()):
+    for k, (suffix, ids) in enumerate(own.items()):
         guessed = law_named(equations.friction[k]).guess(_sliding(plain, motions, k))
         for id in ids:
-            changes[f"{id}{tail}"] = _around(id, guessed[id])
+            changes[f"{id}{suffix}"] = _around(id, guessed[id])
     return changes
 
 
-def _ids_at_defaults(equations: Equations, tail: str, k: int, stated: Collection[str]) -> list[str]:
+def _ids_at_defaults(equations: Equations, suffix: str, k: int, stated: Collection[str]) -> list[str]:
     """Return the ids of a joint's positive friction parameters that stand at the defaults, without its number."""
     found = []
     for row in law_named(equations.friction[k]).parameters:
-        quantity = equations.parameter(f"{row.id}{tail}")
+        quantity = equations.parameter(f"{row.id}{suffix}")
         default = ROWS[row.id]
         at_default = (quantity.initial, quantity.lower, quantity.upper) == (
             default.initial,
             default.lower,
             default.upper,
         )
-        if at_default and quantity.scale == "log" and not quantity.fixed and f"{row.id}{tail}" not in stated:
+        if at_default and quantity.scale == "log" and not quantity.fixed and f"{row.id}{suffix}" not in stated:
             found.append(row.id)
     return found
 

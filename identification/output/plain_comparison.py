@@ -14,6 +14,7 @@ from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.support.linear_algebra import column_rms
 from haptid.support.numbers import plain, with_prefix
 
@@ -114,18 +115,17 @@ def constant_torques(step: Step) -> list[ConstantTorque]:
     baseline, ids = step.compared.baseline, {q.id for q in step.fit.equations.parameters}
     regressor, estimate = baseline.regressor, baseline.estimate
     found = []
-    for k, joint in enumerate(regressor.joints):
-        tail = "" if len(regressor.joints) == 1 else f"_{joint}"
-        at = regressor.ids.index(f"offset{tail}")
-        spring = (f"Ks{tail}", f"epos{tail}")
-        slides = step.configuration.runs[0].prismatic[k] and f"gravity_cos{tail}" in ids
+    for k, suffix in enumerate(id_suffixes(regressor.joints)):
+        at = regressor.ids.index(f"offset{suffix}")
+        spring = (f"Ks{suffix}", f"epos{suffix}")
+        slides = step.configuration.runs[0].prismatic[k] and f"gravity_cos{suffix}" in ids
         found.append(
             ConstantTorque(
-                id=f"offset{tail}",
+                id=f"offset{suffix}",
                 value=float(estimate.theta[at]),
                 std=float(estimate.std[at]),
                 unit=regressor.units[at],
-                carried_by=(f"gravity_cos{tail}",) if slides else spring,
+                carried_by=(f"gravity_cos{suffix}",) if slides else spring,
             )
         )
     return found

@@ -16,6 +16,7 @@ import sympy as sp
 from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
 
 
@@ -49,12 +50,11 @@ def margin(equations: Equations, theta: Array) -> tuple[Array, Array]:
     """
     place = {q.id: i for i, q in enumerate(equations.parameters)}
     values, gradients = [], []
-    for joint, friction in zip(equations.joints, equations.friction, strict=True):
+    for suffix, friction in zip(id_suffixes(equations.joints), equations.friction, strict=True):
         ids, formula = _formula(friction)
         if not ids:
             continue
-        tail = "" if len(equations.joints) == 1 else f"_{joint}"
-        columns = [place[f"{id}{tail}"] for id in ids]
+        columns = [place[f"{id}{suffix}"] for id in ids]
         value, *slopes = formula(*theta[columns])
         row = np.zeros(theta.size)
         row[columns] = slopes

@@ -18,6 +18,7 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import DEFAULT
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
@@ -88,8 +89,10 @@ def stated_parameters(campaign: Campaign, joints: Sequence[int]) -> tuple[str, .
     tuple of str
         Ids as the equations of these joints have them: with the joint's number where several are free.
     """
-    tails = {j: "" if len(joints) == 1 else f"_{j}" for j in joints}
-    return tuple(f"{id}{tail}" for j, tail in tails.items() for id in campaign.parameter_overrides.get(j, {}))
+    stated: list[str] = []
+    for joint, suffix in zip(joints, id_suffixes(joints), strict=True):
+        stated += [f"{id}{suffix}" for id in campaign.parameter_overrides.get(joint, {})]
+    return tuple(stated)
 
 
 def _has(equations: Equations, id: str) -> bool:

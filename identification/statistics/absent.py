@@ -17,6 +17,7 @@ import numpy as np
 from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
 
 SPRING = ("Ks", "epos")
@@ -42,16 +43,18 @@ def with_absent_terms(fit: Fit, largest: float = np.inf) -> Fit:
     Fit
         The parameters of absent terms are ``unidentifiable``; a sentence for each is added to the warnings.
     """
-    joints, laws = fit.equations.joints, fit.equations.friction
+    joints = fit.equations.joints
+    # Equations that are solved for the torque have no joints, but the friction of one.
+    suffixes = id_suffixes(joints) or ("",)
     statuses, said = dict(fit.statuses), list(fit.warnings)
-    for k, law in enumerate(laws):
-        tail, name = ("", "") if len(joints) < 2 else (f"_{joints[k]}", f"joint {joints[k]}: ")
+    for k, (law, suffix) in enumerate(zip(fit.equations.friction, suffixes, strict=False)):
+        name = f"joint {joints[k]}: " if suffix else ""
         roles = law_named(law).roles
         stiction = (roles.stiction, roles.coulomb) if roles.stiction != roles.coulomb else ()
         for absent, sentence in (
-            _spring(fit, f"Ks{tail}", f"epos{tail}"),
-            _gravity(fit, [f"gravity_cos{tail}", f"gravity_sin{tail}"], largest),
-            _stiction(fit, [f"{id}{tail}" for id in stiction], f"{roles.stribeck_velocity}{tail}", largest),
+            _spring(fit, f"Ks{suffix}", f"epos{suffix}"),
+            _gravity(fit, [f"gravity_cos{suffix}", f"gravity_sin{suffix}"], largest),
+            _stiction(fit, [f"{id}{suffix}" for id in stiction], f"{roles.stribeck_velocity}{suffix}", largest),
         ):
             statuses |= {id: "unidentifiable" for id in absent if statuses.get(id) in ("identified", "at_bound")}
             said += [name + sentence] if absent else []

@@ -15,6 +15,7 @@ import numpy as np
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import law_named
 
@@ -43,16 +44,17 @@ def excitation_warnings(
     values = {q.id: float(v) for q, v in zip(equations.parameters, theta, strict=True)}
     free = {q.id for q in equations.parameters if not q.fixed}
     found: list[str] = []
-    for k, (joint, friction_law) in enumerate(zip(equations.joints, equations.friction, strict=False)):
-        tail = "" if len(equations.joints) == 1 else f"_{joint}"
+    # Equations that are solved for the torque have the friction of one joint, but no joints.
+    joints = zip(equations.joints, id_suffixes(equations.joints), equations.friction, strict=False)
+    for k, (joint, suffix, friction_law) in enumerate(joints):
         law = law_named(friction_law)
-        friction, roles = law.values(values, tail), law.roles
+        friction, roles = law.values(values, suffix), law.roles
         needed = [id for id in (roles.stiffness, roles.stribeck_velocity, roles.stiction) if id]
-        if all(friction[id] > 0 for id in needed) and f"{roles.stiffness or roles.coulomb}{tail}" in free:
-            name = f"joint {joint}: " if tail else ""
+        if all(friction[id] > 0 for id in needed) and f"{roles.stiffness or roles.coulomb}{suffix}" in free:
+            name = f"joint {joint}: " if suffix else ""
             speed = roles.stribeck_velocity
-            unit = equations.parameter(f"{speed}{tail}").unit if speed else ""
-            known = [id for id in friction if f"{id}{tail}" in identified]
+            unit = equations.parameter(f"{speed}{suffix}").unit if speed else ""
+            known = [id for id in friction if f"{id}{suffix}" in identified]
             found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions], unit, known)
     return tuple(found)
 

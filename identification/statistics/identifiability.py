@@ -16,6 +16,7 @@ from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.support.linear_algebra import correlation_of, inverse, profile_out
 
 
@@ -38,8 +39,7 @@ def felt_sizes(parametrisation: Parametrisation, runs: Sequence[Run]) -> Array:
     joints = parametrisation.equations.joints
     result = np.full(len(parametrisation.free), np.nan)
     # Equations that are solved for the torque have no joints: the position goes in and the torque comes out.
-    tails = {"": 0} if len(joints) < 2 else {f"_{j}": k for k, j in enumerate(joints)}
-    for tail, column in tails.items():
+    for column, suffix in enumerate(id_suffixes(joints) or ("",)):
         torques, positions = ("u", "y") if joints else ("y", "u")
         torque = max(float(np.max(np.abs(getattr(run, torques)[:, column]))) for run in runs)
         # The torque of a free swing, zero throughout, is no size that gravity or a spring could be a share of.
@@ -47,8 +47,8 @@ def felt_sizes(parametrisation: Parametrisation, runs: Sequence[Run]) -> Array:
         travel = max(float(np.ptp(getattr(run, positions)[:, column])) for run in runs)
         felt = {"gravity_cos": torque, "gravity_sin": torque, "Ks": torque / max(travel, 1e-300), "epos": travel}
         for id, size in felt.items():
-            if f"{id}{tail}" in parametrisation.ids:
-                result[parametrisation.ids.index(f"{id}{tail}")] = size
+            if f"{id}{suffix}" in parametrisation.ids:
+                result[parametrisation.ids.index(f"{id}{suffix}")] = size
     return result
 
 
