@@ -65,8 +65,6 @@ class TorqueFinding:
         FMU with the effects of the final model, or None.
     considered
         Number of catalogue effects that were searched.
-    stability
-        Share of bags of stretches in which an effect keeps its name, by its key.
     wall_s
         Wall time of all stages [s].
     doubted
@@ -86,10 +84,14 @@ class TorqueFinding:
     final_loop: ClosedLoop | None
     fmu: Fmu | None
     considered: int
-    stability: Mapping[str, float]
     wall_s: float
     doubted: frozenset[str] = frozenset()
     soundness: Soundness | None = None
+
+    @property
+    def stability(self) -> Mapping[str, float]:
+        """Share of bags of stretches in which an effect keeps its name [1], by its key."""
+        return self.search.stability
 
     @property
     def left(self) -> float:

@@ -30,7 +30,7 @@ from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.study import TorqueStudy
-from haptid.discrepancy.torque_search.certain import compute_stability, find_doubted
+from haptid.discrepancy.torque_search.certain import find_doubted
 from haptid.discrepancy.torque_search.rivals import Rival
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.fmu_build.accuracy.accuracy import Accuracy
@@ -69,7 +69,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     kind
         Kind of the FMU.
     seed
-        Seed of the starts.
+        Seed of the starts and of the bags.
     starts
         Number of starts of the nominal fit.
     tell
@@ -101,7 +101,6 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     tell("closed loop")
     nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
     found = replace(found, rivals=_rivals_in_position(found, final_loop))
-    stability = compute_stability(final, seed=seed)
     tell("free simulation")
     soundness = judge_soundness(base, final, nominal_loop, final_loop)
     finding = TorqueFinding(
@@ -116,9 +115,8 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         final_loop=final_loop,
         fmu=None,
         considered=len(known),
-        stability=stability,
         wall_s=time.perf_counter() - began,
-        doubted=find_doubted(final, stability) | soundness.doubted,
+        doubted=find_doubted(final, found.stability) | soundness.doubted,
         soundness=soundness,
     )
     # A surrogate must not reach the users' model, nor an inertia that stands for something else.

@@ -68,6 +68,8 @@ class TorqueSearch:
         Model with all effects that were added.
     steps
         Rounds of the search.
+    stability
+        Share of bags [1] in which an effect of the final model keeps its name, by its key: what elimination judged by.
     rivals
         Effects that the runs cannot tell from a named one.
     """
@@ -76,6 +78,7 @@ class TorqueSearch:
     base: TorqueFit
     final: TorqueFit
     steps: tuple[TorqueStep, ...]
+    stability: Mapping[str, float]
     rivals: tuple[Rival, ...] = ()
 
     @property
@@ -100,7 +103,7 @@ def search_torque(
     starts
         Number of starts of the nominal fit.
     seed
-        Seed of the starts.
+        Seed of the starts and of the bags.
     tell
         Told of each step.
 
@@ -128,15 +131,17 @@ def search_torque(
         taken = step.taken.model
         current = fit_model(study, taken.effects, taken.values)
     tell("backward elimination")
-    final = eliminate(study, current, base)
+    final, stability = eliminate(study, current, base, seed=seed)
     # Without effects it is the nominal model, from a start that may end higher.
     final = final if final.effects else base
     tell("rivals")
     rivals = find_rivals(study, final, [(step.taken, step.candidates) for step in steps if step.taken is not None])
-    return TorqueSearch(study=study, base=base, final=final, steps=tuple(steps), rivals=rivals)
+    return TorqueSearch(study=study, base=base, final=final, steps=tuple(steps), stability=stability, rivals=rivals)
 
 
-def eliminate(study: TorqueStudy, model: TorqueFit, base: TorqueFit) -> TorqueFit:
+def eliminate(
+    study: TorqueStudy, model: TorqueFit, base: TorqueFit, *, seed: int = 0
+) -> tuple[TorqueFit, dict[str, float]]:
     """Leave out effects that do not keep their place beside the others, the weakest first.
 
     An early effect may have stood for several that came later. A doubted name has to earn its place as an added one
@@ -150,24 +155,29 @@ def eliminate(study: TorqueStudy, model: TorqueFit, base: TorqueFit) -> TorqueFi
         Model with all effects that were added.
     base
         Nominal model, whose inertia no effect may move far.
+    seed
+        Seed of the bags by which names are doubted.
 
     Returns
     -------
-    TorqueFit
+    model : TorqueFit
         Model whose every effect `TorqueCandidate.stays`, the doubted ones because the model predicts clearly better.
+    stability : dict
+        Share of bags [1] in which each of its effects keeps its name, by key.
     """
     while model.effects:
-        doubted = find_doubted(model, compute_stability(model)) | find_movers(base, model)
+        stability = compute_stability(model, seed=seed)
+        doubted = find_doubted(model, stability) | find_movers(base, model)
         trials = []
         for effect in model.effects:
             rest = tuple(e for e in model.effects if e is not effect)
             trials.append(compare_candidates(effect.key, fit_model(study, rest, model.values), model))
         leaving = [t for t in trials if not t.stays or (t.key in doubted and not t.predicts_better)]
         if not leaving:
-            return model
+            return model, stability
         weakest = min(leaving, key=lambda trial: trial.significance).key
         model = fit_model(study, tuple(e for e in model.effects if e.key != weakest), model.values)
-    return model
+    return model, {}
 
 
 def _step(

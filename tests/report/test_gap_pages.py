@@ -64,6 +64,7 @@ FINDING = TorqueFinding(
             TorqueStep(promises=(SimpleNamespace(columns=17),), candidates=(TAKEN, OTHER), taken=TAKEN),
             TorqueStep(promises=(), candidates=(LATER,), taken=None),
         ),
+        stability={"cogging:harmonics": 0.87},
     ),
     gaps={
         "fit": Gap(before=41.7e-3, after=12.9e-3, noise=5.4e-3),
@@ -76,7 +77,7 @@ FINDING = TorqueFinding(
         std=np.array([0.0007, 0.0008]),
     ),
     floor=4.4e-3, black_box=13.7e-3, nominal_loop=None, final_loop=None, fmu=None, considered=43,
-    stability={"cogging:harmonics": 0.87}, wall_s=29.0,
+    wall_s=29.0,
 )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ def finding_that_leaves(
         search=SimpleNamespace(final=final, rivals=()),
         gaps={"validate": Gap(before=BEFORE, after=after, noise=1e-4)},
         regions=(), maps=(), remaining=None, floor=floor, black_box=black_box, nominal_loop=None, final_loop=None,
-        fmu=None, considered=1, stability={}, wall_s=0.0,
+        fmu=None, considered=1, wall_s=0.0,
     )  # fmt: skip
 
 
