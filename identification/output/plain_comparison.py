@@ -110,9 +110,10 @@ def constant_torques(step: Step) -> list[ConstantTorque]:
     list of ConstantTorque
         One a joint; empty where the plain model is not the result, or is not at hand.
     """
-    if step.fit.outcome is not Outcome.PLAIN or step.compared is None or step.compared.baseline is None:
+    baseline = step.baseline
+    if step.fit.outcome is not Outcome.PLAIN or baseline is None:
         return []
-    baseline, ids = step.compared.baseline, {q.id for q in step.fit.equations.parameters}
+    ids = {q.id for q in step.fit.equations.parameters}
     regressor, estimate = baseline.regressor, baseline.estimate
     found = []
     for k, suffix in enumerate(id_suffixes(regressor.joints)):
@@ -167,6 +168,8 @@ LINEAR_HOLD = 'hold = "linear" in campaign.toml (or haptid init --hold linear)'
 def seems_held_by_mistake(step: Step) -> bool:
     """Say whether a torque that is held between rows acts half a row early, as one does that runs linearly there.
 
+    The hold then is the whole of the delay. A delay of which it may be a part is told by `tell_delay` alone.
+
     Parameters
     ----------
     step
@@ -177,20 +180,32 @@ def seems_held_by_mistake(step: Step) -> bool:
     bool
         False also where no delay earned its place.
     """
-    if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
+    delay = _delay_of_held_torque(step)
+    return delay is not None and _rows_from_linear(delay) <= THRESHOLDS.largest_distance_from_half_a_row
+
+
+def _may_run_linearly(step: Step) -> bool:
+    """Say whether the torque would have less of a delay if it ran linearly, as far as the delay's error tells."""
+    delay = _delay_of_held_torque(step)
+    if delay is None:
         return False
-    distance = abs(step.compared.baseline.delay.rows + 0.5)
-    return _is_held(step) and distance <= THRESHOLDS.largest_distance_from_half_a_row
-
-
-def _is_held(step: Step) -> bool:
-    return all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
-
-
-def _is_nearer_to_linear(step: Step, delay: Delay) -> bool:
-    """Say whether a held torque has less of a delay where it runs linearly, whatever else there is of a delay."""
     std_rows = delay.std * abs(delay.rows / delay.value) if delay.value else 0.0
-    return _is_held(step) and abs(delay.rows + 0.5) + std_rows <= THRESHOLDS.nearer_to_half_a_row
+    return _rows_from_linear(delay) + std_rows <= THRESHOLDS.nearer_to_half_a_row
+
+
+def _delay_of(step: Step) -> Delay | None:
+    return None if step.baseline is None else step.baseline.delay
+
+
+def _delay_of_held_torque(step: Step) -> Delay | None:
+    """Return the delay of a torque that is held in every fitted run; None where it is not, or none earned its place."""
+    is_held = all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
+    return _delay_of(step) if is_held else None
+
+
+def _rows_from_linear(delay: Delay) -> float:
+    """Return the rows [1] between a delay and that of a torque that runs linearly but is held: half a row early."""
+    return abs(delay.rows + 0.5)
 
 
 def tell_delay(step: Step) -> str | None:
@@ -207,9 +222,9 @@ def tell_delay(step: Step) -> str | None:
         As ``the torque acts 2.1 ± 0.3 ms (1.05 rows) after it is recorded``, and whether the fit has it, or what to
         state where it is that of a torque that runs linearly between rows; None without a delay.
     """
-    if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
+    delay = _delay_of(step)
+    if delay is None:
         return None
-    delay = step.compared.baseline.delay
     late = "after" if delay.value > 0 else "before"
     size, rows = with_prefix(abs(delay.value), "s", 2), plain(abs(delay.rows))
     acts = f"the torque acts {size} ± {with_prefix(delay.std, 's', 2)} ({rows} rows) {late} it is recorded"
@@ -217,7 +232,7 @@ def tell_delay(step: Step) -> str | None:
         return f'{acts}, as one that runs smoothly between rows does where hold = "zero" holds it: state {LINEAR_HOLD}'
     has = step.torque_scored or step.fit.outcome is Outcome.PLAIN
     told = "fit and plain model have this delay" if has else "the plain model has this delay, the fit has none"
-    if _is_nearer_to_linear(step, delay):
+    if _may_run_linearly(step):
         return (
             f'{acts}: {told}; a torque that runs smoothly between rows, held by hold = "zero", acts half a row before: '
             f"try {LINEAR_HOLD}"

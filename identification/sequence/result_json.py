@@ -46,7 +46,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "residual": unit,
         "why": tell_why(fit, torque_scored=step.torque_scored),
         "floor": None if compared is None else compared.floor_json(),
-        "baseline": None if compared is None or compared.baseline is None else compared.baseline.as_json(),
+        "baseline": None if step.baseline is None else step.baseline.as_json(),
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
         "drive": None if fit.equations.drive is None else asdict(fit.equations.drive),
         "observer_gain_per_s": fit.observer_gain,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Fit
@@ -33,3 +34,8 @@ class Step:
     torque_scored: bool = False
     agreements: tuple[Agreement, ...] = ()
     compared: Compared | None = None
+
+    @property
+    def baseline(self) -> Baseline | None:
+        """The plain model; None where it was not asked for, or where the fitted runs have too few rows for it."""
+        return None if self.compared is None else self.compared.baseline
