@@ -7,7 +7,6 @@ in the order of the names. Its time is that of its header, or of the log where t
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,33 +20,6 @@ MESSAGE = "JointState"
 """End of the name of the messages that are read."""
 COLUMNS: Mapping[str, str] = {"position": "position_{}_rad", "velocity": "velocity_{}_rad_s", "effort": "torque_{}_Nm"}
 NS_PER_S = 1_000_000_000
-
-
-@contextmanager
-def damage_in_one_line(path: Path, expected: str, todo: str) -> Iterator[None]:
-    """Turn whatever a library raises on a damaged recording within the block into one line.
-
-    Parameters
-    ----------
-    path
-        File of the recording.
-    expected
-        Kind of the file.
-    todo
-        Remedy.
-
-    Raises
-    ------
-    InputError
-        That of the block as it is, or one that names the library's error.
-    """
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as error:  # the libraries and their decoders raise anything on a damaged file
-        got = f"a damaged file ({type(error).__name__})"
-        raise InputError(str(path), expected=expected, got=got, todo=todo) from None
 
 
 def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]) -> list[Recording]:

@@ -21,6 +21,7 @@ from scipy import io
 
 from haptid.measurement.recordings import mat_hdf5
 from haptid.measurement.recordings.one_run import Recording, recording_of, vectors_of
+from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.tables.layout import refuse_bomb
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
@@ -65,17 +66,11 @@ def read_mat(path: Path) -> list[Recording]:
         declared, load = declared_bytes, load_vectors
         for unpacked in _unpacked_bytes(content):
             refuse_bomb(path, unpacked)
-    try:
-        # The readers are compiled, and a damaged file can end their process (measured on mutated files).
-        with Pool(1) as child:
-            for size in child.submit(declared, content).result():
-                refuse_bomb(path, size)
-            vectors = child.submit(load, content).result()
-    except InputError:
-        raise
-    except Exception as error:  # the readers raise anything on a damaged file
-        got = f"a damaged file ({type(error).__name__})"
-        raise InputError(str(path), expected="a MATLAB file", got=got, todo="save it again") from None
+    # The readers are compiled, and a damaged file can end their process (measured on mutated files).
+    with damage_in_one_line(path, "a MATLAB file", "save it again"), Pool(1) as child:
+        for size in child.submit(declared, content).result():
+            refuse_bomb(path, size)
+        vectors = child.submit(load, content).result()
     return [recording_of(path, _columns(path, vectors))]
 
 

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from haptid.measurement.recordings.joint_states import MESSAGE, damage_in_one_line, recordings_of_topics, stamp_ns
+from haptid.measurement.recordings.joint_states import MESSAGE, recordings_of_topics, stamp_ns
 from haptid.measurement.recordings.one_run import Recording
+from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.tables.layout import refuse_bomb
 from haptid.support.installing.extras import need
 

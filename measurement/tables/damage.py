@@ -1,10 +1,15 @@
-"""Locate the damage in a CSV file that pandas could not read: path in, `InputError` with the line at fault out."""
+"""Tell of damaged files in one line: path in, `InputError` out.
+
+Of a CSV file that pandas could not read, the line at fault is located.
+"""
 
 from __future__ import annotations
 
 import csv
 import gzip
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -13,6 +18,33 @@ from haptid.support.errors import InputError
 CORRECT_CELL = "correct the cell, or take its row out"
 """What to do about a cell that holds no number."""
 DECIMAL_COMMA = "where a comma is the decimal sign, export with decimal points"
+
+
+@contextmanager
+def damage_in_one_line(path: Path, expected: str, todo: str) -> Iterator[None]:
+    """Turn whatever a library raises on a damaged file within the block into one line.
+
+    Parameters
+    ----------
+    path
+        The file.
+    expected
+        Kind of the file.
+    todo
+        Remedy.
+
+    Raises
+    ------
+    InputError
+        That of the block as it is, or one that names the library's error.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # the libraries and their decoders raise anything on a damaged file
+        got = f"a damaged file ({type(error).__name__})"
+        raise InputError(str(path), expected=expected, got=got, todo=todo) from None
 
 
 def refuse_damaged(path: Path, kind: str) -> InputError:

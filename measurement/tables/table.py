@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.tables.damage import CORRECT_CELL, DECIMAL_COMMA, refuse_damaged
+from haptid.measurement.tables.damage import CORRECT_CELL, DECIMAL_COMMA, damage_in_one_line, refuse_damaged
 from haptid.measurement.tables.layout import check_layout, refuse_bomb, refuse_repeated_names
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.thresholds import THRESHOLDS
@@ -332,15 +332,10 @@ def read_parquet(path: Path) -> pd.DataFrame:
     need("parquet", str(path))
     import pyarrow.parquet as pq  # noqa: PLC0415 (an extra)
 
-    try:
+    with damage_in_one_line(path, "a table in Parquet", "export it again"):
         about = pq.read_metadata(path)
         refuse_bomb(path, about.num_rows * about.num_columns * 8)
         return pq.read_table(path).to_pandas(ignore_metadata=True)
-    except InputError:
-        raise
-    except Exception as error:  # Arrow, Thrift and the codecs raise anything on a damaged file
-        got = f"a damaged file ({type(error).__name__})"
-        raise InputError(str(path), expected="a table in Parquet", got=got, todo="export it again") from None
 
 
 def _number(cell: object) -> float:

@@ -22,8 +22,8 @@ from haptid.support.errors import InputError
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.foreign.density import normal_approximation
 from haptid.uq.foreign.source import Calibrated, with_finite_bounds
-from haptid.uq.result.sampler_state import SamplerState, state_of
-from haptid.uq.result.summary import ParameterSummary, chains_of, summarise
+from haptid.uq.result.sampler_state import Chains
+from haptid.uq.result.summary import chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
 from haptid.uq.thresholds import THRESHOLDS
@@ -55,8 +55,10 @@ class Band:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ForeignPosterior:
+class ForeignPosterior(Chains):
     """Posterior of an FMU's parameters.
+
+    Chains and their summaries are fields of `Chains`.
 
     Parameters
     ----------
@@ -64,40 +66,16 @@ class ForeignPosterior:
         The calibration that it goes on from.
     coordinates
         Coordinates η: parameters, then the noise factor.
-    sample
-        Chains of η.
-    parameters
-        One summary per coordinate.
     bands
         Predictions of all runs but the excluded ones.
-    modes
-        Number of groups that the ensembles form.
     wall_s
         Duration [s].
     """
 
     calibrated: Calibrated
     coordinates: Coordinates
-    sample: Sample
-    parameters: tuple[ParameterSummary, ...]
     bands: tuple[Band, ...]
-    modes: int
     wall_s: float
-
-    @property
-    def worst_rhat(self) -> float:
-        """Largest R̂ of all coordinates."""
-        return max(p.diagnostics.rhat for p in self.parameters)
-
-    @property
-    def state(self) -> SamplerState:
-        """What the chains are worth."""
-        return state_of(self.sample, self.worst_rhat, self.modes)
-
-    @property
-    def sound(self) -> bool:
-        """Whether the ensembles agree and their autocorrelation time is known."""
-        return self.state == "sound"
 
     def values(self) -> Array:
         """Convert all draws to the values of the FMU's variables.

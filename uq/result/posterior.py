@@ -10,14 +10,14 @@ from haptid.uq.prediction.choice import Scored
 from haptid.uq.prediction.next_run import NextRun
 from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.arviz_door import LeaveOneOut
-from haptid.uq.result.sampler_state import SamplerState, state_of
-from haptid.uq.result.summary import ParameterSummary
-from haptid.uq.sampling.sampling import Sample
+from haptid.uq.result.sampler_state import Chains
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Posterior:
+class Posterior(Chains):
     """The posterior of one joint.
+
+    Chains and their summaries are fields of `Chains`.
 
     Parameters
     ----------
@@ -27,10 +27,6 @@ class Posterior:
         Noise models with their held-out scores, and the chosen noise model, under which the chains were sampled.
     mode
         Normal approximation under the chosen noise model.
-    sample
-        Chains.
-    parameters
-        One summary per coordinate of η.
     draws
         Thinned draws of η, shape (n_chains, n_draws, n), to which ``cycle_log_density`` and ``run_log_density`` belong.
     cycle_log_density, run_log_density
@@ -40,8 +36,6 @@ class Posterior:
         PSIS-LOO over cycles.
     bands
         Predictive bands of the fitted and the held-out runs.
-    modes
-        Number of groups that the ensembles form; 1 where all sample the same mode.
     next_run
         Proposed run, None where there is none.
     sensitivity
@@ -61,14 +55,11 @@ class Posterior:
     candidates: tuple[Scored, ...]
     chosen: Scored
     mode: Laplace
-    sample: Sample
-    parameters: tuple[ParameterSummary, ...]
     draws: Array
     cycle_log_density: Array
     run_log_density: Array
     loo: LeaveOneOut
     bands: tuple[Bands, ...]
-    modes: int
     next_run: NextRun | None
     sensitivity: dict[str, dict[str, tuple[float, float]]]
     wall_s: float
@@ -85,18 +76,3 @@ class Posterior:
     def residual(self) -> str:
         """What is compared, ``position`` or ``torque``."""
         return "position" if self.mode.density.equations.joints else "torque"
-
-    @property
-    def worst_rhat(self) -> float:
-        """Largest R̂ of a coordinate [1]."""
-        return max(p.diagnostics.rhat for p in self.parameters)
-
-    @property
-    def state(self) -> SamplerState:
-        """What the chains are worth."""
-        return state_of(self.sample, self.worst_rhat, self.modes)
-
-    @property
-    def sound(self) -> bool:
-        """Whether the ensembles agree and their autocorrelation time is known."""
-        return self.state == "sound"

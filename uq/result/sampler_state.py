@@ -1,12 +1,14 @@
-"""What chains are worth, in one word: length, R̂ and number of modes in, `SamplerState` out.
+"""What chains are worth, in one word: `Chains` in, `SamplerState` out.
 
 Terminal, page and files say the same word; what it means and what to do stands in `report/common/words.py`.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
+from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.sampling.sampling import Sample
 from haptid.uq.thresholds import THRESHOLDS
 
@@ -19,6 +21,40 @@ SENTENCES: dict[SamplerState, str] = {
     "ensembles_disagree": "independent ensembles found different posteriors; do not use the intervals",
 }
 """What the terminal says at the head of a joint; nothing where all is well."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chains:
+    """The chains of a posterior, with what they tell of each coordinate.
+
+    Parameters
+    ----------
+    sample
+        Chains of the coordinates η.
+    parameters
+        One summary per coordinate.
+    modes
+        Number of groups that the ensembles form; 1 where all sample the same mode.
+    """
+
+    sample: Sample
+    parameters: tuple[ParameterSummary, ...]
+    modes: int
+
+    @property
+    def worst_rhat(self) -> float:
+        """Largest R̂ of a coordinate [1]."""
+        return max(p.diagnostics.rhat for p in self.parameters)
+
+    @property
+    def state(self) -> SamplerState:
+        """What the chains are worth."""
+        return state_of(self.sample, self.worst_rhat, self.modes)
+
+    @property
+    def sound(self) -> bool:
+        """Whether the ensembles agree and their autocorrelation time is known."""
+        return self.state == "sound"
 
 
 def state_of(sample: Sample, worst_rhat: float, modes: int) -> SamplerState:
