@@ -21,7 +21,7 @@ error of the inner step shows beside the noise, it is repeated at a finer one (`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -229,38 +229,48 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     strategy = choose_for(test.runs)
     # The torque of another drive hangs on parameters that are fitted with the rest: it cannot be scored.
     both = strategy.kind != "open_loop" and len(test.runs[0].free_joints) == 1 and test.equations.drive is None
-    trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial)) if both else options
-
-    def fit_position(equations: Equations, options: FitOptions) -> Fit:
-        return fit_simulated(test.simulator(equations), test.runs, options=options, workers=workers)
-
-    def fit_within(equations: Equations, options: FitOptions) -> Fit:
-        # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
-        own = () if both else test.own
-        return fit_within_own_bounds(
-            fit_position, equations, test.runs, own, options, needs_finer_step=needs_finer_step
-        )  # fmt: skip
-
-    steps = _NeededSteps(test, options)
-
-    def needs_finer_step(found: Fit) -> bool:
-        return found.observer_gain == 0.0 and steps.find_test(found) is not None
-
-    seen = fit_within(test.equations, trial)
-    if strategy.kind == "open_loop" and (finer := steps.find_test(seen)) is not None:
-        alone = seen.observer_gain == options.gains[-1]
-        made = _best_of_both(finer, from_optimum(seen, options, alone=alone), workers)
-        # The minimum moves little with the step: a descent from it stays in the basin on which the starts agreed.
-        return replace(made, fit=with_agreement(made.fit, seen, options)) if alone else made
-    if not both and not quiet(seen, options):
-        seen = fit_with_zeros(fit_within, seen, test.runs, options) or seen
-    seen = _widen_above_noise(test, seen, options, workers).but(inner_step=test.step)
+    test, seen = _fit_motion(test, options, workers, is_trial=both)
     best = Fitted(fit=seen, torque_scored=False, compared=test.with_positions(seen).compare(seen.values))
     if quiet(seen, options) or not both:
         return best
     scored = _score_torque(test, seen, best.compared.delay_s, options, workers)
     lead = scored.compared.badness("model", "fit") - best.compared.badness("model", "fit")
     return best if lead > THRESHOLDS.largest_lead_of_observer else scored
+
+
+def _fit_motion(
+    test: JointTest, options: FitOptions, workers: Workers | None, *, is_trial: bool
+) -> tuple[JointTest, Fit]:
+    """Fit by simulation; return the test at the inner step that the motion needs, and the fit at that step.
+
+    A trial comes before a fit of the torque: it has few starts, keeps its ranges, and gets no encoder zeros.
+    """
+    first = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial)) if is_trial else options
+
+    def fit_position(equations: Equations, options: FitOptions) -> Fit:
+        return fit_simulated(test.simulator(equations), test.runs, options=options, workers=workers)
+
+    def needs_finer_step(found: Fit) -> bool:
+        return found.observer_gain == 0.0 and at_needed_step(test, found, options) is not None
+
+    def fit_within(equations: Equations, options: FitOptions) -> Fit:
+        # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
+        own = () if is_trial else test.own
+        return fit_within_own_bounds(
+            fit_position, equations, test.runs, own, options, needs_finer_step=needs_finer_step
+        )  # fmt: skip
+
+    seen = fit_within(test.equations, first)
+    finer = at_needed_step(test, seen, options) if choose_for(test.runs).kind == "open_loop" else None
+    if finer is not None:
+        alone = seen.observer_gain == options.gains[-1]
+        again = from_optimum(seen, options, alone=alone)
+        finer, made = _fit_motion(finer, again, workers, is_trial=is_trial)
+        # The minimum moves little with the step: a descent from it stays in the basin on which the starts agreed.
+        return finer, with_agreement(made, seen, options) if alone else made
+    if not is_trial and not quiet(seen, options):
+        seen = fit_with_zeros(fit_within, seen, test.runs, options) or seen
+    return test, _widen_above_noise(test, seen, options, workers).but(inner_step=test.step)
 
 
 def _score_torque(test: JointTest, seen: Fit, delay: float, options: FitOptions, workers: Workers | None) -> Fitted:
@@ -274,33 +284,6 @@ def _score_torque(test: JointTest, seen: Fit, delay: float, options: FitOptions,
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
     return Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
-
-
-@dataclass(slots=True)
-class _NeededSteps:
-    """Tests at the inner steps that fits of one test need; each fit is asked about once.
-
-    Parameters
-    ----------
-    test, options
-        As `at_needed_step` takes them.
-    known
-        Fits that were asked about, each with the test at a finer step or None.
-    """
-
-    test: JointTest
-    options: FitOptions
-    known: list[tuple[Fit, JointTest | None]] = field(default_factory=list)
-
-    def find_test(self, found: Fit) -> JointTest | None:
-        """Return what `at_needed_step` returns."""
-        for one, finer in self.known:
-            # What is said of a fit after it was made changes neither equations nor estimates.
-            if one.equations is found.equations and one.x0 is found.x0 and np.array_equal(one.theta, found.theta):
-                return finer
-        finer = at_needed_step(self.test, found, self.options)
-        self.known.append((found, finer))
-        return finer
 
 
 def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:
@@ -319,6 +302,11 @@ def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTes
     -------
     JointTest or None
         The test at a finer step, with the ranges of the fit; None where the fit has the step that it needs.
+
+    Notes
+    -----
+    Asked of a fit twice where its ranges were widened: a few simulations without sensitivities, beside the hundreds of
+    its descent.
     """
     runs = tuple(run for run in test.runs if run.use == "fit")
     problem = Problem.of(test.build(found.equations), runs, options)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import odeint
 
-from haptid.identification.fit import fit_runs as module_of_fits
 from haptid.identification.fit.fit_runs import Fitted, JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.own_bounds import fit_within_own_bounds, wider_ranges
@@ -230,17 +229,3 @@ def test_stiction_that_could_exceed_any_torque_of_the_runs_is_not_told_as_absent
     told = with_absent_terms(fitted.fit.but(warnings=()), largest)
     assert any(said in warning for warning in told.warnings)
     assert told.statuses["vs"] == "unidentifiable"
-
-
-def test_the_inner_step_of_a_fit_is_asked_for_once_whatever_is_said_of_the_fit_after(
-    fitted: Fitted, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[Fit] = []
-    monkeypatch.setattr(module_of_fits, "at_needed_step", lambda _test, found, _options: asked.append(found))
-    test = JointTest(equations=fitted.fit.equations, build=KernelSimulator.of, runs=runs())
-    steps = module_of_fits._NeededSteps(test, FitOptions())
-    assert steps.find_test(fitted.fit) is None
-    assert steps.find_test(fitted.fit.but(warnings=("said of it",))) is None
-    assert asked == [fitted.fit]
-    steps.find_test(fitted.fit.but(theta=1.01 * fitted.fit.theta))
-    assert len(asked) == 2
