@@ -164,15 +164,16 @@ def find(
     groups = _predict_groups(study, plain, best)
     _, before_fit, _ = groups["fit"]
     shown, before, after = groups.get("validate", groups["fit"])
+    gaps = {}
+    for name, (runs, without, with_effects) in groups.items():
+        gaps[name] = _gap(runs, without, with_effects, refitted, _beside(study, found, runs, with_effects))
     joint, energy = most_missed((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
     finding = Finding(
         joints=study.fitted[0].free_joints,
         search=found,
         judgement=judgement,
         rebuilt=None,
-        gaps={
-            name: _gap(*group, refitted, _beside(study, found, group[0], group[2])) for name, group in groups.items()
-        },
+        gaps=gaps,
         curves=curves_of(shown, before.y, after.y),
         maps=energy,
         gap_joint=joint,

@@ -17,6 +17,7 @@ import numpy as np
 from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit
+from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.optimise.homotopy import follow_gains
 from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.problem.residuals import Problem
@@ -133,12 +134,17 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     )
     if not np.isfinite(best.cost):
         return None
-    theta = problem.theta(best.x)
+    return _judge(study, simulator, problem.theta(best.x))
+
+
+def _judge(study: TorqueStudy, simulator: KernelSimulator, theta: Array) -> ClosedLoop:
+    """Simulate all runs through the controller, and sum up their position errors by use."""
     errors: dict[str, list[Array]] = {}
     for run in study.recorded:
         errors.setdefault(run.use, []).append(_error(simulator, theta, run))
     for run in study.recorded_sealed:
         errors.setdefault("sealed", []).append(_error(simulator, theta, run))
+    equations = simulator.equations
     return ClosedLoop(
         values={q.id: float(value) for q, value in zip(equations.parameters, theta, strict=True)},
         mean_absolute={use: float(np.mean([np.mean(np.abs(e)) for e in some])) for use, some in errors.items()},

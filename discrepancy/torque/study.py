@@ -277,24 +277,20 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     cut = {run.file for run in fitted} & {run.file for run in unseen}
     sealed = tuple(run for run in sealed if run.file not in cut)
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
-    base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
-    stated = stated_parameters(campaign, (joint,))
+    slides, stated = bool(fitted[0].prismatic[0]), stated_parameters(campaign, (joint,))
+    base = equations_for(campaign, device_of(campaign), (joint,))
     drive = known_drive(base, carried)
     if carried is not None and not set(SPRING) & set(carried.free):
         base = base.with_parameters({id: {"initial": 0.0, "fixed": True} for id in SPRING if _has(base, id)})
+    # The torque of a drive is computed along the motion, without a delay.
+    delay = 0.0
     if drive is not None:
         base = restrain_presliding(drive.rigid(base, prismatic=slides), runs, stated)
+    else:
+        base, delay = _guess_and_delay(base, campaign, fitted, unseen)
     # The masks hold rows out, so the runs themselves are scored from the first row on.
     whole = [run.but(score_from=0) for run in (*runs, *sealed)]
     # One filter for all runs of the machine, the sealed ones too.
-    # The torque of a drive is computed along the motion, without a delay.
-    device = device_of(campaign)
-    plain = None
-    if drive is None:
-        plain = fit_baseline([*fitted, *unseen], device, fitted[0].posture.tolist(), [1.0])
-        if device is None:
-            base = guess_along(base, plain, fitted, stated)
-    delay = 0.0 if plain is None else plain.delay_s
     both = torque_runs(whole, delay) if drive is None else drive.turn(whole)
     turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
@@ -314,6 +310,20 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         stated=tuple(stated),
         threads=threads,
     )
+
+
+def _guess_and_delay(
+    base: Equations, campaign: Campaign, fitted: Sequence[Run], unseen: Sequence[Run]
+) -> tuple[Equations, float]:
+    """Return the equations with first guesses of the plain model, and its delay of the torque [s].
+
+    Of a joint of a device the guesses are the device's.
+    """
+    device, joint = device_of(campaign), fitted[0].free_joints
+    plain = fit_baseline([*fitted, *unseen], device, fitted[0].posture.tolist(), [1.0])
+    if device is None:
+        base = guess_along(base, plain, fitted, stated_parameters(campaign, joint))
+    return base, 0.0 if plain is None else plain.delay_s
 
 
 def _has(base: Equations, id: str) -> bool:

@@ -84,11 +84,7 @@ def _result(problem: Problem, runs: tuple[Run, ...], minima: Minima, begun: floa
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     scores = _scores(problem, theta, runs, x0, fitted)
     found = fit_at(problem, minima, bent, scores, felt_sizes(problem.parametrisation, problem.runs))
-    changes = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
-    # Residuals of another kind have their torque in y.
-    silent = bool(found.equations.joints) and not any(np.any(run.u) for run in problem.runs)
-    has_scale = any(_gives_scale(quantity) for quantity in found.equations.parameters)
-    excited, scaled = changes or (silent and has_scale), not silent or has_scale
+    excited, scaled = _excitation_of(problem)
     over_motion = residual_over_motion(problem.runs, scores)
     return found.but(
         outcome=with_cause(found.outcome, over_motion=over_motion, excited=excited, scaled=scaled),
@@ -217,6 +213,20 @@ def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> Fit
         states = {file: tuple(float(x) for x in x0) for file, x0 in found.x0.items()}
         return options.but(start=start, states=states, starts=1, gains=options.gains[-1:])
     return options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
+
+
+def _excitation_of(problem: Problem) -> tuple[bool, bool]:
+    """Say whether the runs excite the parameters, and whether anything gives the torques their scale.
+
+    Torques that change do both. So does a stated torque, mass or inertia in a free swing, whose torque is zero
+    throughout.
+    """
+    equations = problem.parametrisation.equations
+    changes = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
+    # Residuals of another kind have their torque in y.
+    swings_freely = bool(equations.joints) and not any(np.any(run.u) for run in problem.runs)
+    has_scale = any(_gives_scale(quantity) for quantity in equations.parameters)
+    return changes or (swings_freely and has_scale), not swings_freely or has_scale
 
 
 def _gives_scale(quantity: Quantity) -> bool:

@@ -46,11 +46,7 @@ def export_models(made: Identification, campaign: Campaign, device: Device | Non
     """
     data = made.data
     if device is None:
-        paths: list[Path] = []
-        for j in (step.configuration.free_joints[0] for step in made.steps):
-            fmus = [export_joint(data, j, folder / f"joint{j}{tail}.fmu", kind, folder=folder) for kind, tail in KINDS]
-            paths += [*(fmu.path for fmu in fmus), _write_parameter_set(fmus[0])]
-        return paths
+        return _export_single_joints(made, folder)
     if not data["links"]:
         return []
     name = Path(device.name).stem
@@ -66,6 +62,19 @@ def export_models(made: Identification, campaign: Campaign, device: Device | Non
         write_json(folder / FILE, data)
     written = [fmu.path for fmu in built] + ([loop.controller, loop.system] if loop else [])
     return [*written, export_parameters(device, data, folder / "parameters.ssv")]
+
+
+def _export_single_joints(made: Identification, folder: Path) -> list[Path]:
+    """Export every joint that was identified without a device, each with its parameter set beside it."""
+    paths: list[Path] = []
+    for step in made.steps:
+        (joint,) = step.configuration.free_joints
+        fmus = []
+        for kind, tail in KINDS:
+            path = folder / f"joint{joint}{tail}.fmu"
+            fmus.append(export_joint(made.data, joint, path, kind, folder=folder))
+        paths += [*(fmu.path for fmu in fmus), _write_parameter_set(fmus[0])]
+    return paths
 
 
 def _write_parameter_set(fmu: Fmu) -> Path:

@@ -135,9 +135,10 @@ def _head(job: Job, digest: str) -> dict[str, Any]:
 def _combine(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verification]:
     """Combine the steps and verify the whole model, where every joint of the device was tested."""
     device = job.device
-    if device is None or {j for step in steps for j in step.configuration.free_joints} != set(
-        range(len(device.joints))
-    ):
+    tested: set[int] = set()
+    for step in steps:
+        tested.update(step.configuration.free_joints)
+    if device is None or tested != set(range(len(device.joints))):
         return None, Verification(runs=())
     whole = whole_device(device, steps, seed=job.options.seed, draws=COUNT)
     controller = job.campaign.extra.get("controller")
@@ -147,12 +148,12 @@ def _combine(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verificat
 
 
 def _links_json(whole: Whole | None) -> dict[str, Any]:
+    """Return ``links`` of identification.json: the standard parameters of each link by id; none without the whole."""
     if whole is None:
         return {}
-    return {
-        link: {
-            id: {"value": one.value, "std": one.std, "unit": one.unit, "status": one.status}
-            for id, one in table.items()
-        }
-        for link, table in whole.links.links.items()
-    }
+    links: dict[str, Any] = {}
+    for link, table in whole.links.links.items():
+        links[link] = {}
+        for id, one in table.items():
+            links[link][id] = {"value": one.value, "std": one.std, "unit": one.unit, "status": one.status}
+    return links

@@ -99,31 +99,36 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
         return replace(reached, calls=reached.calls + asked)
 
     near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
+    polished = _polish(problem, near, _at_level(problem, len(gains), tell))
+    return replace(polished, calls=near.calls + polished.calls)
+
+
+def _polish(problem: Problem, near: Descent, tell: Simulated) -> Descent:
+    """Minimise at the last gain and the model's own inner step, from a minimum at a coarser one."""
+    gain = problem.options.gains[-1]
     # Levenberg–Marquardt knows bounds and orderings only: under the passivity constraint SLSQP polishes.
     if problem.options.passive:
-        exact = slsqp(
+        return slsqp(
             problem,
             near.x,
-            gains[-1],
+            gain,
             iterations=THRESHOLDS.most_iterations_of_last_level,
             tolerance=THRESHOLDS.tolerance_of_last_level,
             damping=THRESHOLDS.least_damping_of_slsqp,
-            tell=_at_level(problem, len(gains), tell),
+            tell=tell,
         )
-        return replace(exact, calls=near.calls + exact.calls)
     # Far above the noise the residual is a correlated model error, whose parameters no further digit describes.
     far = near.cost / problem.weight > THRESHOLDS.excess_cost_of_model_error
     tolerance = THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish
-    polish = minimise(
-        SumOfSquares.of(problem, gains[-1]),
+    return minimise(
+        SumOfSquares.of(problem, gain),
         near.x,
         iterations=THRESHOLDS.most_iterations_of_last_level,
         tolerance=0.0,
         relative=tolerance,
         damping=1e-9,
-        tell=_at_level(problem, len(gains), tell),
+        tell=tell,
     )
-    return replace(polish, calls=near.calls + polish.calls)
 
 
 def is_near_the_data(problem: Problem, x: Array) -> bool:

@@ -27,7 +27,7 @@ from haptid.uq.result.finite import check_finite, early_word
 from haptid.uq.result.full_model import as_fit
 from haptid.uq.result.infer import infer
 from haptid.uq.result.posterior import Posterior
-from haptid.uq.result.subject import find_subject
+from haptid.uq.result.subject import Subject, find_subject
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,21 +105,38 @@ def _sample_joint(job: Job, configuration: Configuration, pool: Workers, stages:
         forward=subject.forward,
         share_of_steps=subject.share_of_steps,
     )
-    shortened = (f"{posterior.shortened.capitalize()}.",) if posterior.shortened else ()
-    notes = (
-        *shortened,
-        *found.notes,
-        *found.warnings,
-        f"The fit it starts from, {subject.source}: {found.outcome.value}.",
-    )
-    if posterior.shortened:
-        notes = (f"{posterior.shortened.capitalize()}.", *notes)
     doubts = tuple(d for d in (word_misfit(found), word_disagreement(found, posterior.parameters)) if d)
     for doubt in doubts:
         stages.listener.note(f"warning: joint {joint}: {doubt}")
-        notes = (doubt, *notes)
-    posterior = check_finite(replace(posterior, notes=(early, *notes) if early else notes, doubts=doubts))
+    notes = notes_of(posterior, subject, early=early, doubts=doubts)
+    posterior = check_finite(replace(posterior, notes=notes, doubts=doubts))
     return Sampled(step=Step(configuration=configuration, fit=as_fit(found, posterior)), posterior=posterior)
+
+
+def notes_of(posterior: Posterior, subject: Subject, *, early: str, doubts: Sequence[str]) -> tuple[str, ...]:
+    """Gather what the reader of a posterior is told, what forbids to use it first.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of the joint.
+    subject
+        The fit that it starts from.
+    early
+        What was said before any work; empty where nothing was.
+    doubts
+        Why the intervals are not to be used yet.
+
+    Returns
+    -------
+    tuple of str
+        Sentences.
+    """
+    found = subject.fit
+    first = [early] if early else []
+    shortened = [f"{posterior.shortened.capitalize()}."] if posterior.shortened else []
+    source = f"The fit it starts from, {subject.source}: {found.outcome.value}."
+    return (*first, *reversed(doubts), *shortened, *found.notes, *found.warnings, source)
 
 
 SHARES = {"fit": (0.0, 0.08), "noise model": (0.08, 0.18), "sampling": (0.18, 0.8), "diagnostics": (0.8, 1.0)}

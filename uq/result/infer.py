@@ -205,17 +205,14 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         noise_width=noise_prior_width(stated=options.noise_given),
         climb=SHORT if options.short else THOROUGH,
     )
-    told = (options.sampling.seed, options.model, share_of_steps)
-    digest = digest_of_choice(problem, theta, told)
-    kept = None if folder is None else read_choice(folder, digest, partial(_with_kernel, problem, share_of_steps))
-    if kept is not None:
-        chosen = _Chosen(problem=kept[0], scored=kept[1], one=kept[2])
-    elif forward:
-        chosen = _choose(problem, theta, options, tell_candidate)
-    else:
-        chosen = _with_longest_step(problem, theta, options, share_of_steps, tell_candidate)
-    if folder is not None and kept is None:
-        write_choice(folder, digest, chosen.problem, chosen.scored, chosen.one)
+
+    def choose() -> _Chosen:
+        if forward:
+            return _choose(problem, theta, options, tell_candidate)
+        return _with_longest_step(problem, theta, options, share_of_steps, tell_candidate)
+
+    digest = digest_of_choice(problem, theta, (options.sampling.seed, options.model, share_of_steps))
+    chosen = _kept_or(choose, folder, digest, partial(_with_kernel, problem, share_of_steps))
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
     cost = sum(mode.density.forward.inner_steps(terms.run) for terms in mode.density.terms)
     sampling = shorten(options.sampling, cost, mode.eta.size) if options.short else options.sampling
@@ -249,6 +246,21 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         wall_s=time.perf_counter() - begun,
         shortened=tell_shortened(options.sampling, sampling, cost),
     )
+
+
+def _kept_or(
+    choose: Callable[[], _Chosen], folder: Path | None, digest: str, with_kernel: Callable[[float | None], Problem]
+) -> _Chosen:
+    """Read the noise model that a killed command had chosen from the same inputs, or choose and keep it."""
+    if folder is None:
+        return choose()
+    kept = read_choice(folder, digest, with_kernel)
+    if kept is not None:
+        problem, scored, one = kept
+        return _Chosen(problem=problem, scored=scored, one=one)
+    chosen = choose()
+    write_choice(folder, digest, chosen.problem, chosen.scored, chosen.one)
+    return chosen
 
 
 def _thin(chains: Array, count: int) -> Array:
