@@ -148,7 +148,10 @@ def entry_columns(
     grid = shapes(effect)
     share = 1.0 if _has_grid_of_amplitudes(effect) else share
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
-    sets = [{}, *(values | {a: share * values[a] for a in amplitudes} for point in grid for values in point)]
+    sets: list[dict[str, float]] = [{}]  # the first is the model without the effect
+    for point in grid:
+        for values in point:
+            sets.append(values | {a: share * values[a] for a in amplitudes})
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
     theta = np.array([_parameters(simulator, solution, neutral | values) for values in sets])
     stacked = []

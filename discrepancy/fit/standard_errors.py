@@ -74,17 +74,12 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
     C = covariance(about)
     least = _physical(about, C)
     valleys = {k: C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)}
-    seen = {
-        k: d
-        for k, d in valleys.items()
-        if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > THRESHOLDS.fit.least_predicted_rise_of_chi2
-    }
-    moves = [
-        n * d
-        for k, d in seen.items()
-        if touching or rough(study, solution, k, d)
-        for n in THRESHOLDS.fit.restarts_in_standard_errors
-    ]
+    moves: list[Array] = []
+    for k, valley in valleys.items():
+        rise = np.linalg.norm(solution.blocks.jacobian @ valley) ** 2
+        seen = rise > THRESHOLDS.fit.least_predicted_rise_of_chi2
+        if seen and (touching or rough(study, solution, k, valley)):
+            moves += [n * valley for n in THRESHOLDS.fit.restarts_in_standard_errors]
     if not moves:
         return solution, least
     found = map_threads(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)

@@ -22,6 +22,7 @@ from haptid.model.device.device import Device
 from haptid.model.effects.effect import Effect, relabel
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.coupled_joints import coupled_equations
@@ -261,7 +262,10 @@ def coupled_study_of(
     fitted = tuple(run for run in alike if run.use == "fit")
     unseen, sealed = seal([run for run in alike if run.use == "validate"])
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
-    held = (q.but(fixed=True) for j, found in known.items() for e in found for q in place_in_joint(e, j).parameters)
+    held: list[Quantity] = []
+    for j, found in known.items():
+        for effect in found:
+            held += [q.but(fixed=True) for q in place_in_joint(effect, j).parameters]
     base = replace(base, parameters=(*base.parameters, *held))
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,

@@ -32,7 +32,10 @@ def joint_in_tests(tests: Sequence[Mapping[str, Any]], joint: int) -> dict[str, 
         N m (N), with ``relative`` [1] beside it.
     """
     own = [test for test in tests if joint in test["free_joints"]]
-    rows = [row for test in own for run in test.get("runs", []) for row in _rows(test, run, joint)]
+    rows: list[dict[str, Any]] = []
+    for test in own:
+        for run in test.get("runs", []):
+            rows += _rows(test, run, joint)
     unit = "m" if _slides(own, joint) else "rad"
     return {"joint": joint, "unit": unit, "verdict": tell_verdict(rows, unit), "runs": rows}
 

@@ -103,11 +103,16 @@ def known_parameters(
     for v in interface.of_role("parameter"):
         drawn, origin = columns.get(v.id), origins[v.id]
         told = None if drawn is None else accuracy.known.summary.get(v.id)
+        mean = None
+        if told:
+            mean = told["mean"]
+        elif drawn is not None:
+            mean = float(drawn.mean())
         rows.append(
             KnownParameter(
                 variable=v,
                 origin=origin,
-                mean=told["mean"] if told else None if drawn is None else float(drawn.mean()),
+                mean=mean,
                 std=told["std"] if told else origin.std,
                 quantiles=() if drawn is None else _quantiles(drawn, told),
             )

@@ -290,7 +290,8 @@ def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Vari
         One a state, local, with the reference of its state.
     """
     for i, x in enumerate(e.states):
-        unit = x.unit[:-2] + "/s^2" if x.unit.endswith("/s") else f"{x.unit}/s" if x.unit != "1" else "1/s"
+        # A second division by time is a square: rad/s becomes rad/s^2.
+        unit = f"{x.unit}^2" if x.unit.endswith("/s") else f"{x.unit}/s"
         yield Variable(
             reference=at + i,
             id=f"der({x.id})",

@@ -109,7 +109,8 @@ def _link(name: str, inertial: Inertial | None) -> Element:
 
 def _joint(hinge: Hinge, axis: Axis) -> Element:
     endless = any(math.isinf(limit) for limit in axis.limits)
-    kind = "prismatic" if hinge.slides else "continuous" if endless else "revolute"
+    turns = "continuous" if endless else "revolute"
+    kind = "prismatic" if hinge.slides else turns
     joint = Element("joint", name=hinge.name, type=kind)
     SubElement(joint, "axis", xyz=text_of(hinge.axis))
     ends = sorted(hinge.ratio * limit for limit in axis.limits)

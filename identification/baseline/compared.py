@@ -87,10 +87,8 @@ class Compared:
         """
         if self.badness("baseline", "validate") >= self.badness("model", "validate"):
             return False
-        plain, fitted = (
-            _mean([one.position_badness for one in self._figures_of(name, "validate")])
-            for name in ("baseline", "model")
-        )
+        plain = _mean([one.position_badness for one in self._figures_of("baseline", "validate")])
+        fitted = _mean([one.position_badness for one in self._figures_of("model", "validate")])
         return self.torque_scored or plain < fitted
 
     def _figures_of(self, name: str, use: str) -> list[Figures]:

@@ -130,11 +130,10 @@ def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequen
         cost += cp.sum_squares((whitened @ (one.rows * scales)) @ x - whitened @ one.values)
     constraints = [x[np.flatnonzero(known)] == (mean / scales)[known]] if known.any() else []
     n = 10 * len(device.massive)
-    constraints += [
-        cp.bmat(_rows_of_pseudo_inertia([x[i + k] for k in range(10)]))
-        >> THRESHOLDS.least_eigenvalue_of_pseudo_inertia * np.eye(4)
-        for i in range(0, n, 10)
-    ]
+    least = THRESHOLDS.least_eigenvalue_of_pseudo_inertia * np.eye(4)
+    for first in range(0, n, 10):
+        pseudo_inertia = cp.bmat(_rows_of_pseudo_inertia([x[first + k] for k in range(10)]))
+        constraints.append(pseudo_inertia >> least)
     constraints += [x[n:] >= 0] if mean.size > n else []
     x.value = belief.mean / scales
     problem = cp.Problem(cp.Minimize(cost), constraints)

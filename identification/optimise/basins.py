@@ -32,22 +32,26 @@ def sort_into_basins(problem: Problem, descents: Sequence[Descent]) -> tuple[Bas
     A start belongs to a basin where its cost exceeds the basin's smallest C by at most
     max(`THRESHOLDS.largest_cost_difference_in_basin`, `THRESHOLDS.largest_relative_cost_difference_in_basin`·C).
     """
-    order = sorted((k for k, d in enumerate(descents) if np.isfinite(d.cost)), key=lambda k: (descents[k].cost, k))
+    finite = [k for k, descent in enumerate(descents) if np.isfinite(descent.cost)]
     groups: list[list[int]] = []
-    for k in order:
-        if groups and descents[k].cost - descents[groups[-1][0]].cost <= _tolerance(descents[groups[-1][0]].cost):
+    for k in sorted(finite, key=lambda k: (descents[k].cost, k)):
+        smallest = descents[groups[-1][0]].cost if groups else -np.inf
+        if descents[k].cost - smallest <= _tolerance(smallest):
             groups[-1].append(k)
         else:
             groups.append([k])
-    return tuple(
-        Basin(
-            over_noise=float(np.sqrt(descents[group[0]].cost / problem.weight)),
-            starts=tuple(sorted(group)),
-            theta=problem.theta(descents[group[0]].x),
-            simulations=sum(descents[k].calls for k in group) * len(problem.runs),
+    basins = []
+    for group in groups:
+        best = descents[group[0]]
+        basins.append(
+            Basin(
+                over_noise=float(np.sqrt(best.cost / problem.weight)),
+                starts=tuple(sorted(group)),
+                theta=problem.theta(best.x),
+                simulations=sum(descents[k].calls for k in group) * len(problem.runs),
+            )
         )
-        for group in groups
-    )
+    return tuple(basins)
 
 
 def _tolerance(cost: float) -> float:

@@ -196,14 +196,10 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
             "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the spread of the "
             "parameters explain:"
         )
-        rows = [
-            (
-                run["file"],
-                run["mode"].replace("_", " "),
-                *(_whole(one) for one in run["joints"]),
-            )
-            for run in runs
-        ]
+        rows = []
+        for run in runs:
+            by_joint = [_whole(one) for one in run["joints"]]
+            rows.append((run["file"], run["mode"].replace("_", " "), *by_joint))
         numbers = [f"joint {one['joint']}" for one in runs[0]["joints"]]
         told.append(Table(header=("run", "simulated in", *numbers), rows=rows, ruled=True))
     return told

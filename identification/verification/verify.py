@@ -81,10 +81,11 @@ def verify(
     ids = [q.id for q in equations.parameters]
     theta = _theta({q.id: q.initial for q in equations.parameters}, values)
     drawn = [_theta(dict(zip(ids, theta, strict=True)), draw) for draw in draws or ()]
-    kernel = cached_kernel(equations) if wanted else None
-    checks = [
-        check for run in wanted if kernel for check in _check_run(kernel, [theta, *drawn], run, controller, threads)
-    ]
+    checks: list[RunCheck] = []
+    if wanted:
+        kernel = cached_kernel(equations)
+        for run in wanted:
+            checks += _check_run(kernel, [theta, *drawn], run, controller, threads)
     assumed = tuple(q.id for q in equations.parameters if q.id not in values and not q.fixed)
     return Verification(runs=tuple(checks), law=controller.law if controller else "", assumed=assumed)
 

@@ -113,7 +113,8 @@ def read_signals(
         if joint not in stated:
             continue
         controller = stated[joint].drive.controller
-        own = gain if gain is not None else controller.gain if controller else 0.0
+        own = controller.gain if controller else 0.0
+        own = own if gain is None else gain
         motion, alone = (y[:, k], _speed(t, y[:, k]) if v is None else v[:, k]), len(joints) == 1
         columns[joint] = read_drive(
             table, joint, stated[joint], alone=alone, motion=motion, slides=prismatic[k], gain=own

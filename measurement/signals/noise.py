@@ -227,14 +227,16 @@ def campaign_with_noise(campaign: Campaign) -> Campaign:
         Each NaN is the median of the estimates over the runs that free the joint. Stated values stay.
     """
     filled = [with_noise(run) for run in campaign.runs]
-    pooled = {joint: _pool(campaign, filled, joint) for joint in {j for run in campaign.runs for j in run.free_joints}}
-    runs = [
-        run.but(
-            noise=np.where(np.isnan(run.noise), [pooled[j][0] for j in run.free_joints], run.noise),
-            resolution=np.where(np.isnan(run.resolution), [pooled[j][1] for j in run.free_joints], run.resolution),
-        )
-        for run in campaign.runs
-    ]
+    tested: set[int] = set()
+    for run in campaign.runs:
+        tested.update(run.free_joints)
+    pooled = {joint: _pool(campaign, filled, joint) for joint in tested}
+    runs = []
+    for run in campaign.runs:
+        noise, resolution = np.array([pooled[joint] for joint in run.free_joints]).T
+        noise = np.where(np.isnan(run.noise), noise, run.noise)
+        resolution = np.where(np.isnan(run.resolution), resolution, run.resolution)
+        runs.append(run.but(noise=noise, resolution=resolution))
     return campaign.but(runs=tuple(runs))
 
 

@@ -77,9 +77,7 @@ def compile_shared(
     made_for = triple or machine()
     parts = (sorted(sources.items()), main, made_for, flags, FLAGS, made_by)
     key = hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
-    suffix = ".dll" if triple and "windows" in triple else ".dylib" if triple and "macos" in triple else ".so"
-    if triple is None and sys.platform in ("win32", "darwin"):
-        suffix = {"win32": ".dll", "darwin": ".dylib"}[sys.platform]
+    suffix = _suffix(triple)
     library = cache_folder("compiled") / f"{key}{suffix}"
     if is_sealed(library):
         return library
@@ -128,3 +126,13 @@ def compile_kernel(source: str, *, lanes: int, substeps: int | None = None) -> P
         return compile_shared({"kernel.c": source}, main=("kernel.c",), flags=flags)
     vector = f'#define HK_LANES {lanes}\n#include "kernel.c"\n'
     return compile_shared({"kernel.c": source, "lanes.c": vector}, main=("kernel.c", "lanes.c"), flags=flags)
+
+
+def _suffix(triple: str | None) -> str:
+    """Return what ends the name of a library for a target, or for this machine where None."""
+    target = sys.platform if triple is None else triple
+    if target == "win32" or "windows" in target:
+        return ".dll"
+    if target == "darwin" or "macos" in target:
+        return ".dylib"
+    return ".so"

@@ -151,7 +151,9 @@ class CPrinter(C99CodePrinter):
         if power.is_Rational and power.q == 2 and abs(power.p) <= 12:
             factor, whole = self.parenthesize(base, 1000), abs(power.p) // 2
             made = "*".join([f"hk_sqrt({self._print(base)})", *[factor] * whole])
-            return f"(1.0/({made}))" if power < 0 else f"({made})" if whole else made
+            if power < 0:
+                return f"(1.0/({made}))"
+            return f"({made})" if whole else made
         msg = f"the kernel has no power {power}; write it with exp or sqrt"
         raise NotImplementedError(msg)
 

@@ -203,12 +203,10 @@ def plan_postures(
         Tests at home, chosen tests and the expected torque errors.
     """
     postures = candidate_postures(device, candidates, seed)
-    pool = [
-        _test(device, free, posture, relative)
-        for free in configurations
-        for posture in postures
-        if _matters(device, free)
-    ]
+    pool = []
+    for free in configurations:
+        if _matters(device, free):
+            pool += [_test(device, free, posture, relative) for posture in postures]
     home = tuple(_test(device, free, np.zeros(len(device.joints)), relative) for free in configurations)
     W = torque_weight(device, seed=seed)
     _, prior = pi_prior(device)

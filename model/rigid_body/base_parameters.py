@@ -58,7 +58,9 @@ class BaseParameter:
         """
         parts: list[str] = []
         for k, factor in sorted(self.factors.items()):
-            sign = "- " if factor < 0 else "+ " if parts else ""
+            sign = "+ " if parts else ""
+            if factor < 0:
+                sign = "- "
             size = "" if abs(factor) == 1 else f"{float(abs(factor)):.6g} "
             parts.append(f"{sign}{size}{ids[k]}")
         return " ".join(parts)

@@ -8,6 +8,7 @@ M_ij = ∂²T/∂q̇_i∂q̇_j,   Γ_ijk = ½ (∂M_ij/∂q_k + ∂M_ik/∂q_j �
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 from haptid.model.algebra.rational_rotations import rational_vector
 from haptid.model.algebra.trig_polynomials import Polynomial, TrigRing
@@ -100,13 +101,11 @@ class Lagrangian:
         def slope(i: int, j: int, k: int) -> LinearForm:
             return slopes[min(i, j), max(i, j), k]
 
-        return {
-            (i, j, k): _combine(half, (slope(i, j, k), 1), (slope(i, k, j), 1), (slope(j, k, i), -1))
-            for i in n
-            for j in n
-            for k in n
-            if j <= k
-        }
+        symbols = {}
+        for i, j, k in product(n, n, n):
+            if j <= k:
+                symbols[i, j, k] = _combine(half, (slope(i, j, k), 1), (slope(i, k, j), 1), (slope(j, k, i), -1))
+        return symbols
 
 
 def _combine(factor: Scalar, *terms: tuple[LinearForm, int]) -> LinearForm:

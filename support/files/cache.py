@@ -223,6 +223,10 @@ def _digest(entry: Path) -> str:
         return hashlib.sha256(entry.read_bytes()).hexdigest()
     found = hashlib.sha256()
     for path in sorted(entry.rglob("*")):  # bytecode counts too: the interpreter would run it in place of its source
-        content = "link" if path.is_symlink() else "" if path.is_dir() else _digest(path)
+        content = ""
+        if path.is_symlink():
+            content = "link"
+        elif not path.is_dir():
+            content = _digest(path)
         found.update(f"{path.relative_to(entry).as_posix()}\n{content}\n".encode())
     return found.hexdigest()
