@@ -17,7 +17,7 @@ from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
 from haptid.discrepancy.torque.rows import Mask, alternating, rests, turns
 from haptid.identification.baseline.baseline import fit_baseline
-from haptid.identification.fit.plain_guess import guess_along
+from haptid.identification.first_guesses.plain_guess import guess_along
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for, stated_parameters

@@ -27,10 +27,10 @@ import numpy as np
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.driven import compare_driven
+from haptid.identification.first_guesses.plain_guess import friction_left_open
 from haptid.identification.fit.multistart import fit, from_optimum, with_agreement
 from haptid.identification.fit.own_bounds import fit_within_own_bounds, largest_command
 from haptid.identification.fit.plain_fit import plain_fit
-from haptid.identification.fit.plain_guess import friction_left_open
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
 from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros

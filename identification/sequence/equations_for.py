@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from haptid.identification.fit.driven_guess import guess_drive, with_torques
-from haptid.identification.fit.initial_guess import guess
-from haptid.identification.fit.plain_guess import guess_of_device
+from haptid.identification.first_guesses.driven_guess import guess_drive, with_torques
+from haptid.identification.first_guesses.initial_guess import guess
+from haptid.identification.first_guesses.plain_guess import guess_of_device
 from haptid.identification.result.outcome import NoStartError
 from haptid.measurement.checks.stated import Overrides, overridden, places
 from haptid.measurement.values.campaign import Campaign

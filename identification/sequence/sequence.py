@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from haptid.identification.first_guesses.plain_guess import states_no_friction
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
-from haptid.identification.fit.plain_guess import states_no_friction
 from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
 from haptid.identification.optimise.watched import Watched
 from haptid.identification.optimise.workers import Watch, Workers, watch_nothing

@@ -14,8 +14,8 @@ from haptid.identification.baseline.compared import compare
 from haptid.identification.baseline.figures import figures_of, torque_residual
 from haptid.identification.baseline.least_squares import LeastSquares, independent_columns, weighted_least_squares
 from haptid.identification.baseline.prediction import predict_unseen
+from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
-from haptid.identification.fit.initial_guess import guess
 from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise, tell_result
 from haptid.identification.output.summary import attention, parameter_rows, tell_summary
 from haptid.identification.problem.options import FitOptions

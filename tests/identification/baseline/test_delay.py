@@ -12,7 +12,7 @@ from haptid.identification.baseline.baseline import delay_of_torque, fit_baselin
 from haptid.identification.baseline.compared import compare
 from haptid.identification.baseline.delay import Delay, with_delayed_torque
 from haptid.identification.baseline.prediction import predict_unseen
-from haptid.identification.fit.initial_guess import guess
+from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.torque_fit import fit_torque
 from haptid.identification.output.plain_comparison import tell_delay
 from haptid.identification.output.summary import tell_summary

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import odeint
 
+from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import Fitted, JointTest, fit_runs
-from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.own_bounds import fit_within_own_bounds, wider_ranges
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.parametrisation import Parametrisation

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
-from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.strategy import choose
 from haptid.identification.fit.torque_fit import fit_torque
 from haptid.identification.optimise.workers import Here

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from haptid.fmu_build.building.cached import identification_fmu
+from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import Fitted, JointTest, fit_runs
-from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros, in_positions
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit

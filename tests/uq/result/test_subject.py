@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import JointTest
-from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.own_bounds import FitEquations
 from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions

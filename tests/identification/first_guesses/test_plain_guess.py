@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from haptid import Campaign
+from haptid.identification.first_guesses.plain_guess import friction_left_open
 from haptid.identification.fit.own_bounds import wider_ranges
-from haptid.identification.fit.plain_guess import friction_left_open
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.error_growth import growth
 from haptid.identification.simulators.kernel import KernelSimulator

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptid.identification.fit.initial_guess import guess, guess_from
+from haptid.identification.first_guesses.initial_guess import guess, guess_from
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.stated import fields_changed_by, overridden
 from haptid.measurement.signals.smoothing import dominant_period, smooth
