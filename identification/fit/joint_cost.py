@@ -78,37 +78,80 @@ def move_by_position(found: Fit, simulator: Simulator, runs: Sequence[Run], dela
     if not moved or np.any(np.diag(covariance) <= 0.0):
         return None
     information = inverse(covariance)
-    columns = [[q.id for q in found.equations.parameters].index(id) for id in moved]
-    theta, held = found.theta.copy(), found.theta[columns]
-    errors, slopes = _simulate(simulator, theta, driven, columns)
+    ids = [q.id for q in found.equations.parameters]
+    columns = [ids.index(id) for id in moved]
+    errors, slopes = _simulate(simulator, found.theta, driven, columns)
     motion = np.sqrt(np.mean([np.var(run.y) for run in driven]))
     size = rms(np.concatenate(errors))
     if not size <= THRESHOLDS.largest_free_residual_over_motion * motion:
         return None
-    weights = [1.0 / (correlation_length(e) * size**2) for e in errors]
+    cost = _JointCost(
+        found=found,
+        simulator=simulator,
+        runs=driven,
+        columns=columns,
+        information=information,
+        weights=[1.0 / (correlation_length(e) * size**2) for e in errors],
+    )
+    reached = _minimise(cost, cost.point(found.theta, errors, slopes))
+    after = rms(np.concatenate(reached.errors))
+    return Moved(theta=reached.theta, before=size, after=after) if after < size else None
 
-    def cost_of(theta: Array, errors: Sequence[Array]) -> float:
-        step = theta[columns] - held
-        seen = sum(weight * float(e @ e) for weight, e in zip(weights, errors, strict=True))
-        return float(step @ information @ step) + seen if np.isfinite(seen) else np.inf
 
-    cost, length = cost_of(theta, errors), 1.0
-    for _ in range(THRESHOLDS.most_simulations_of_refit):
-        H, g = information.copy(), information @ (held - theta[columns])
-        for weight, e, J in zip(weights, errors, slopes, strict=True):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Point:
+    """Parameters (n_p,) with the errors of the free simulations there, their slopes by run, and the cost [1]."""
+
+    theta: Array
+    errors: Sequence[Array]
+    slopes: Sequence[Array]
+    cost: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _JointCost:
+    """The cost of torque and position over the parameters in ``columns``, with one weight a run."""
+
+    found: Fit
+    simulator: Simulator
+    runs: Sequence[Run]
+    columns: Sequence[int]
+    information: Array
+    weights: Sequence[float]
+
+    def at(self, theta: Array) -> _Point:
+        """Simulate the runs, and evaluate the cost."""
+        return self.point(theta, *_simulate(self.simulator, theta, self.runs, self.columns))
+
+    def point(self, theta: Array, errors: Sequence[Array], slopes: Sequence[Array]) -> _Point:
+        """Evaluate the cost where the runs are simulated already; it is infinite where they are not finite."""
+        step = theta[self.columns] - self.found.theta[self.columns]
+        seen = sum(weight * float(e @ e) for weight, e in zip(self.weights, errors, strict=True))
+        cost = float(step @ self.information @ step) + seen if np.isfinite(seen) else np.inf
+        return _Point(theta=theta, errors=errors, slopes=slopes, cost=cost)
+
+    def step_from(self, point: _Point) -> Array:
+        """Return the Gauss-Newton step, shape (n_columns,)."""
+        H = self.information.copy()
+        g = self.information @ (self.found.theta[self.columns] - point.theta[self.columns])
+        for weight, e, J in zip(self.weights, point.errors, point.slopes, strict=True):
             H, g = H + weight * J.T @ J, g + weight * J.T @ e
-        trial = _move(found, theta, columns, length * (inverse(H) @ g))
-        again, their_slopes = _simulate(simulator, trial, driven, columns)
-        new = cost_of(trial, again)
-        if new >= cost:
+        return np.asarray(inverse(H) @ g)
+
+
+def _minimise(cost: _JointCost, start: _Point) -> _Point:
+    """Follow Gauss-Newton steps; one that does not lower the cost is halved."""
+    best, length = start, 1.0
+    for _ in range(THRESHOLDS.most_simulations_of_refit):
+        trial = cost.at(_move(cost.found, best.theta, cost.columns, length * cost.step_from(best)))
+        if trial.cost >= best.cost:
             length *= 0.5
             continue
-        decrease, length = cost - new, min(2.0 * length, 1.0)
-        theta, errors, slopes, cost = trial, again, their_slopes, new
+        decrease = best.cost - trial.cost
+        best, length = trial, min(2.0 * length, 1.0)
         if decrease < THRESHOLDS.least_decrease_of_joint_cost:
             break
-    after = rms(np.concatenate(errors))
-    return Moved(theta=theta, before=size, after=after) if after < size else None
+    return best
 
 
 def _simulate(

@@ -124,32 +124,29 @@ class Sequence:
         equations = equations_for(self.campaign, self.device, joints, configuration.posture)
         if belief is None:
             return equations
-        single = len(joints) == 1
         stated = stated_parameters(self.campaign, joints)
-        known = {id.removesuffix(f"_{joints[0]}"): value for id, value in found.items()} if single else found
-        own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
-        return carry_over(equations, belief, coefficients, own, stated)
+        return carry_over(equations, belief, coefficients, _values_of(joints, found), stated)
 
     def _step(self, number: int, configuration: Configuration, equations: Equations) -> Step:
+        """Read the fit of a configuration from an interrupted run, or make it."""
         kept = self.kept.get(number)
         if kept is not None:
             with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
-                fitted = fit_from_json(kept, equations)
-                # Figures are those of the fit that was held against the plain model, even where that replaced it.
-                judged = kept["replaced"] if fitted.outcome is Outcome.PLAIN else fitted.values
-                scored = fitted.outcome is Outcome.TORQUE_SCORED
-                return Step(
-                    configuration=configuration,
-                    fit=fitted,
-                    torque_scored=scored,
-                    compared=self._test(configuration, equations)
-                    .with_positions(fitted)
-                    .compare(judged, torque_scored=scored),
-                )
+                return self._kept_step(kept, configuration, equations)
         workers = Watched(workers=self.workers, tell=partial(self.tell, number))
         with name_campaign_in_errors(self.campaign, configuration.free_joints):
             made = fit_runs(self._test(configuration, equations), options=self.options, workers=workers)
         return Step(configuration=configuration, fit=made.fit, torque_scored=made.torque_scored, compared=made.compared)
+
+    def _kept_step(self, kept: Mapping[str, Any], configuration: Configuration, equations: Equations) -> Step:
+        """Rebuild a step from its entry of identification.json; the comparison with the plain model is made again."""
+        fitted = fit_from_json(kept, equations)
+        # Figures are those of the fit that was held against the plain model, even where that replaced it.
+        judged = kept["replaced"] if fitted.outcome is Outcome.PLAIN else fitted.values
+        scored = fitted.outcome is Outcome.TORQUE_SCORED
+        test = self._test(configuration, equations).with_positions(fitted)
+        compared = test.compare(judged, torque_scored=scored)
+        return Step(configuration=configuration, fit=fitted, torque_scored=scored, compared=compared)
 
     def _test(self, configuration: Configuration, equations: Equations) -> JointTest:
         return JointTest(
@@ -185,6 +182,14 @@ def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[s
         return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in INERTIAL}
     tails = tuple(f"_{j}" for j in joints)
     return {id: v for id, v in values.items() if id.endswith(tails) and id[0] not in "MV"}
+
+
+def _values_of(joints: tuple[int, ...], found: Mapping[str, float]) -> dict[str, float]:
+    """Return what earlier configurations found, by the ids that the equations of these joints have."""
+    if len(joints) > 1:
+        return dict(found)
+    suffix = f"_{joints[0]}"
+    return {id.removesuffix(suffix): value for id, value in found.items() if id.endswith(suffix)}
 
 
 def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Step]) -> tuple[Agreement, ...]:
