@@ -5,7 +5,7 @@ Remarks are on likely slips and on circumstances that a fit has to respect; none
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
+from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
 from haptid.measurement.remarks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.remarks.torque_scale import off_scale
@@ -172,8 +173,8 @@ def _circumstances(run: Run, column: int) -> list[str]:
     return found
 
 
-def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
-    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together.
+def remark_lines(remarks: Sequence[Remarks]) -> list[str]:
+    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints and runs that share it stand together.
 
     Parameters
     ----------
@@ -183,11 +184,12 @@ def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
     Returns
     -------
     list of str
-        One line for each doubt of a run, in the order of the runs.
+        In the order of the runs.
     """
-    joints: dict[tuple[str, str], list[str]] = {}
-    for one in remarks:
-        for joint, sentences in zip(one.run.free_joints, one.doubts, strict=True):
-            for sentence in sentences:
-                joints.setdefault((one.run.file, sentence), []).append(str(joint))
-    return [f"{file}, joint {', '.join(names)}: {sentence}" for (file, sentence), names in joints.items()]
+    doubts = [
+        (one.run.file, str(joint), sentence)
+        for one in remarks
+        for joint, sentences in zip(one.run.free_joints, one.doubts, strict=True)
+        for sentence in sentences
+    ]
+    return tell_shared(doubts, every=len(remarks))
