@@ -12,6 +12,7 @@ from haptid.identification.baseline.figures import Figures
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.told_outcome import LINEAR_HOLD, is_held, seems_held_by_mistake
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
 from haptid.support.linear_algebra import column_rms
@@ -160,37 +161,10 @@ def tell_constant_torques(step: Step) -> list[str]:
     return told
 
 
-LINEAR_HOLD = 'hold = "linear" in campaign.toml (or haptid init --hold linear)'
-"""What to state where the torque runs linearly between its rows."""
-
-
-def seems_held_by_mistake(step: Step) -> bool:
-    """Say whether a torque that is held between rows acts half a row early, as one does that runs linearly there.
-
-    Parameters
-    ----------
-    step
-        Configuration with its fit.
-
-    Returns
-    -------
-    bool
-        False also where no delay earned its place.
-    """
-    if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
-        return False
-    distance = abs(step.compared.baseline.delay.rows + 0.5)
-    return _is_held(step) and distance <= THRESHOLDS.largest_distance_from_half_a_row
-
-
-def _is_held(step: Step) -> bool:
-    return all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
-
-
 def _is_nearer_to_linear(step: Step, delay: Delay) -> bool:
     """Say whether a held torque has less of a delay where it runs linearly, whatever else there is of a delay."""
     std_rows = delay.std * abs(delay.rows / delay.value) if delay.value else 0.0
-    return _is_held(step) and abs(delay.rows + 0.5) + std_rows <= THRESHOLDS.nearer_to_half_a_row
+    return is_held(step) and abs(delay.rows + 0.5) + std_rows <= THRESHOLDS.nearer_to_half_a_row
 
 
 def tell_delay(step: Step) -> str | None:
