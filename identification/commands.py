@@ -24,6 +24,7 @@ WRITES = {
     "<device>.fmu, <device>_native.fmu": "the identified device (joint<j>.fmu of a single_joint one)",
     "parameters.ssv": "its parameter set (joint<j>.ssv of a single_joint one)",
     "draws/<model>.csv": "200 draws of the parameters of each joint and of the device, which their FMUs carry",
+    "device/<file>": "a copy of the device's file, for haptid export",
     "identified.fmu": "with --model: the FMU with the identified start values",
 }
 
