@@ -13,6 +13,7 @@ import numpy as np
 
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
+from haptid.measurement.remarks.saturation import find_saturation
 from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
 from haptid.measurement.remarks.suspicions import GIVES_WORK, UNLIMITED, suspicions
@@ -88,6 +89,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
             if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
                 slips.append(turned[run.file])
+            saturated = "" if joint in campaign.drives else find_saturation(run, column)  # a drive has its own limit
+            slips += [saturated] if saturated else []
             by_joint = [
                 table[run.file, joint] for table in (odd, correlated, controllers) if (run.file, joint) in table
             ]
@@ -159,6 +162,12 @@ def _lost_rows(run: Run) -> list[str]:
 def _circumstances(run: Run, column: int) -> list[str]:
     """Return what any fit of one joint of a run has to know, and does."""
     found = []
+    noise, rounding = float(run.noise[column]), float(run.resolution[column]) / np.sqrt(12.0)
+    if noise < rounding / THRESHOLDS.largest_stated_over_estimated_noise:
+        found.append(
+            f"the stated noise of {noise:.2g} is far below what the stated encoder step leaves, {rounding:.2g} "
+            "(step/√12), which weighs the readings: is the step right?"
+        )
     if run.averaged_rows > 1:
         found.append(f"positions are averages over {run.averaged_rows} rows: simulations are averaged alike")
     sign = position_control(run, column)
