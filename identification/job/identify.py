@@ -80,7 +80,7 @@ def _fit_configurations(
     """Fit every configuration; the results so far are on disk after each."""
     digest = inputs_digest(job.campaign, job.device, job.configurations, job.options, str(job.kind))
     entries = kept_entries(job.file, digest)
-    data = {**_head(job, digest), **_copy_device(job)}
+    data = _head(job, digest)
     steps: list[Step] = []
     count = len(job.configurations)
 
@@ -105,6 +105,8 @@ def _fit_configurations(
         for step in sequence.steps(job.configurations):
             steps.append(step)
             source = data_digest(job.campaign, job.device, step.configuration)
+            if not data["configurations"]:  # with the first result: a copy alone would be told as something finished
+                data |= _copy_device(job)
             data["configurations"].append({**step_json(step), "data": source})
             # After every configuration: an interrupted identification is continued from the finished ones.
             write_json(job.file, data)

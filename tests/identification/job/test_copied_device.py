@@ -44,3 +44,17 @@ def test_results_of_a_campaign_with_a_urdf_are_exported_without_its_name(tmp_pat
     assert (tmp_path / "out" / "device" / ARM.name).read_bytes() == ARM.read_bytes()
     made = CliRunner().invoke(export.main, ["--from", str(tmp_path / "out"), "--out", str(tmp_path / "arm.urdf")])
     assert made.exit_code == 0, made.output
+
+
+def test_no_copy_is_written_before_a_result(tmp_path, monkeypatch):
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "campaign").mkdir()
+    write_campaign(tmp_path / "campaign")
+    monkeypatch.setattr("haptid.identification.sequence.sequence.fit_runs", interrupt)
+    options = ["--fmu", "none", "--no-export", "--quiet", "--workers", "1", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(run.main, [str(tmp_path / "campaign"), *options])
+    assert done.exit_code == 130
+    assert "interrupted: nothing was finished yet" in done.stderr
+    assert not (tmp_path / "out" / "device").exists()
