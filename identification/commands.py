@@ -60,6 +60,7 @@ def identify(**settings: Any) -> Any:
     that names the variables of an FMU, or --model, calibrates that FMU.
 
     Units: rad, N m, kg m² (m, N, kg for a joint that slides), s. Interrupted, the same command goes on from the
-    joints that were finished; the fit under way begins anew. Exit codes: 0, 1 a numerical failure, 2 bad input, 130 Ctrl-C.
+    joints that were finished; the fit under way begins anew. Exit codes: 0, 1 a numerical failure, 2 bad input, 130
+    Ctrl-C.
     """
     return call("haptid.identification.run", "identify_campaign", **settings)
