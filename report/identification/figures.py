@@ -130,7 +130,20 @@ def draw_signal(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> 
 
 
 def largest_residual(trace: Trace, k: int = 0) -> float:
-    """Return the largest residual of a joint in a run, in the unit of the trace."""
+    """Return the largest residual of a joint in a run.
+
+    Parameters
+    ----------
+    trace
+        Signals of the run.
+    k
+        Index of the joint among the free ones.
+
+    Returns
+    -------
+    float
+        Magnitude in the unit of the trace.
+    """
     return largest_magnitude(trace.measured[:, k] - trace.simulated[:, k])
 
 
