@@ -28,7 +28,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.page import Page
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
-from haptid.report.discrepancy.motion_pictures import draw_motion, draw_residuals
+from haptid.report.discrepancy.motion_pictures import draw_motion, draw_residuals, residual_unit
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import write_pictures
 from haptid.report.discrepancy.torque_gap_page import draw_torque_left, torque_gap_page
@@ -203,8 +203,8 @@ class Missing:
         Returns
         -------
         Axes
-            Measured − simulated position [mrad] or [mm] of a run over time; where the torque was searched, the residual
-            torque [mN m] or [mN] over position.
+            Measured − simulated position of a run over time [mrad] or [mm]; where the torque was searched, the residual
+            torque over position [mN m] or [mN]. From 1 on in rad, m, N m or N.
 
         Raises
         ------
@@ -221,8 +221,9 @@ class Missing:
         curve = self._curve(joint, run)
         axes = axes_or_new(ax)
         with style():
-            draw_residuals(axes, curve)
-            _label(axes, curve, f"measured − simulated [{unit_for('mrad', curve.run.prismatic)}]")
+            unit, factor = residual_unit([curve])
+            draw_residuals(axes, curve, factor)
+            _label(axes, curve, f"measured − simulated [{unit}]")
         return axes
 
     def plot_where(self, variable: str = "position_rad", *, ax: Axes | None = None) -> Axes:

@@ -54,7 +54,7 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
 @click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
 @click.option(
     "--device", default=None, metavar="FILE",
-    help="The device's file, where identification.json names one outside its own folder.",
+    help="The device's file, where the results have no copy of it.",
 )  # fmt: skip
 @click.option(
     "--friction", type=click.Choice(["lugre", "frictionloss"]), default="lugre", show_default=True,

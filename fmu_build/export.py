@@ -343,7 +343,7 @@ def package_result(  # noqa: PLR0913 # one argument an option
             return Packaged(fmu=export_joint(data, joint, out, kind, start, source.parent))
     entries = with_folder(effects)
     findings = [read_finding(path, entries) for path in named]
-    machine = device if isinstance(device, Device) else device_of_results(device, data["device"], source)
+    machine = device if isinstance(device, Device) else device_of_results(device, data, source)
     check_for_device(data, machine, str(source))
     taken = tuple(taken_along(findings, data, machine, str(source)))  # refused before an FMU is written
     values = of_device(data).values
@@ -389,7 +389,7 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     effects
         Folder with effects of the user's own.
     device
-        File of the device, where identification.json names one outside its own folder.
+        File of the device, where the results have no copy of it.
     friction
         Friction of an MJCF.
 

@@ -24,6 +24,7 @@ WRITES = {
     "<device>.fmu, <device>_native.fmu": "the identified device (joint<j>.fmu of a single_joint one)",
     "parameters.ssv": "its parameter set (joint<j>.ssv of a single_joint one)",
     "draws/<model>.csv": "200 draws of the parameters of each joint and of the device, which their FMUs carry",
+    "device/<file>": "a copy of the device's file, for haptid export",
     "identified.fmu": "with --model: the FMU with the identified start values",
 }
 
@@ -59,6 +60,7 @@ def identify(**settings: Any) -> Any:
     that names the variables of an FMU, or --model, calibrates that FMU.
 
     Units: rad, N m, kg m² (m, N, kg for a joint that slides), s. Interrupted, the same command goes on from the
-    joints that were finished. Exit codes: 0, 1 a numerical failure, 2 bad input, 130 Ctrl-C.
+    joints that were finished; the fit under way begins anew. Exit codes: 0, 1 a numerical failure, 2 bad input, 130
+    Ctrl-C.
     """
     return call("haptid.identification.run", "identify_campaign", **settings)

@@ -92,7 +92,7 @@ def init(**settings: Any) -> Any:
     fit unless --validate names others. What has no proposal (the angle of an encoder count, the torque of an ampere, a
     duty's supply) is still needed as a flag.
 
-    Names such as position_0_deg, Angle (deg), Position actual value [deg], torque (Nmm), time_ms, q1_rad or encoder
+    Names such as position_0_deg, Angle (deg), Position actual value [deg], torque (Nmm), millis, q1_rad or encoder
     counts are understood and converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm,
     Nmm, mN, mA, ms, us, deg/s, rpm, %. A name without number is that of joint 0, and a time without unit is in seconds
     where that is likely. Joints that do not move in a table are locked there. CSV files may have semicolons or tabs,

@@ -127,6 +127,19 @@ class Thresholds:
     """Torque over acceleration per stated inertia in a joint's fastest run [1], above which thousandths of the unit are
     likely. Friction and springs take most of the torque of slow runs, and in fast runs up to 20 times the inertial
     torque."""
+    least_share_of_rows_at_largest_torque: float = 0.01
+    """Share of the rows at the largest torque of either sign [1] from which it may be a limit."""
+    least_limit_over_largest_torque: float = 0.5
+    """Magnitude of the torque's other end over its largest one [1] from which it may be a limit, too: a torque that
+    pushes one way rests at 0."""
+    largest_rows_below_over_at_largest_torque: float = 1.0 / 3.0
+    """Rows within three steps of the numbers below the largest torque over those at it [1], up to which it is no peak:
+    a smooth one has as many."""
+    least_share_of_rows_between_limits: float = 0.2
+    """Share of the rows at no limit and not at 0 [1] below which the torque is a square wave or made of pulses."""
+    largest_share_at_rest_between_limits: float = 0.2
+    """Share of those rows in which the torque rests half as long as at its limits [1], above which it is a
+    staircase."""
     least_power_over_rms: float = -0.05
     """Mean power over RMS torque times RMS velocity [1], below which a joint would drive its motor."""
     least_gain_of_turned_torque: float = 0.5

@@ -136,6 +136,23 @@ def rms(values: ArrayLike) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
+def largest_magnitude(*values: ArrayLike) -> float:
+    """Return the largest magnitude among the finite numbers.
+
+    Parameters
+    ----------
+    *values
+        Numbers in one unit, of any shapes.
+
+    Returns
+    -------
+    float
+        In the unit of ``values``; 0 where none is finite.
+    """
+    numbers = np.concatenate([np.ravel(one) for one in values]) if values else np.empty(0)
+    return float(np.max(np.abs(numbers[np.isfinite(numbers)]), initial=0.0))
+
+
 def column_rms(values: ArrayLike) -> Array:
     """Return the root mean square of every column.
 

@@ -101,6 +101,33 @@ def count_of(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
+def choose_unit(largest: float, unit: str) -> tuple[str, float]:
+    """Choose the unit in which numbers that stand beside each other are read: thousandths only below 1.
+
+    Parameters
+    ----------
+    largest
+        Largest magnitude among the numbers, in ``unit``; thousandths, too, where it is not finite.
+    unit
+        SI unit without prefix; two units joined by ``or`` both take the prefix.
+
+    Returns
+    -------
+    unit : str
+        Unit with its prefix.
+    factor : float
+        Number in that unit over the number in ``unit``.
+
+    Examples
+    --------
+    >>> choose_unit(0.0021, "rad or m"), choose_unit(40.0, "N m")
+    (('mrad or mm', 1000.0), ('N m', 1.0))
+    """
+    if math.isfinite(largest) and abs(largest) >= 1.0:
+        return unit, 1.0
+    return " or ".join(f"m{one}" for one in unit.split(" or ")), 1000.0
+
+
 def with_prefix(value: float, unit: str, digits: int = 3) -> str:
     """Write a quantity with the prefix that suits its size, from nano to none.
 

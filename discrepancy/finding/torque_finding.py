@@ -18,7 +18,7 @@ from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect, id_of
 from haptid.support.linear_algebra import rms
-from haptid.support.numbers import with_prefix
+from haptid.support.numbers import plain, with_prefix
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -209,7 +209,9 @@ class TorqueFinding:
         """Sentences on what is left, what could be closed, and what does not repeat."""
         gap, unit = self.gaps["validate"], unit_for("N m", [self.search.study.prismatic])
         closed, possible = self.shares
-        told = [f"On held-out rows the torque's RMS error falls from {gap.before:.3g} to {gap.after:.3g} {unit}"]
+        told = [
+            f"On held-out rows the torque's RMS error falls from {plain(gap.before, 3)} to {plain(gap.after, 3)} {unit}"
+        ]
         if possible is not None:
             told.append(
                 f"names close {100 * max(closed, 0.0):.0f} % of its energy, the best black box of position and speed "
@@ -218,7 +220,7 @@ class TorqueFinding:
         if self.floor is None:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:
-            told.append(f"{self.floor:.3g} {unit} do not repeat")
+            told.append(f"{plain(self.floor, 3)} {unit} do not repeat")
         return "; ".join(told) + "." + self._told_of_delay + self._told_of_loop
 
     @property

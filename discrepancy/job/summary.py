@@ -11,6 +11,7 @@ from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.finding.torque_json import torque_json
 from haptid.discrepancy.job.search import AnyFinding
 from haptid.measurement.values.units import unit_for
+from haptid.support.numbers import plain
 from haptid.support.tables import Table, Told
 
 
@@ -62,10 +63,10 @@ def tell_finding(finding: AnyFinding, title: str, verdict: str) -> Told:
     if isinstance(finding, WholeFinding):
         return [told]
     gap, unit = finding.gaps["validate"], unit_for("N m", [finding.search.study.prismatic])
-    amounts = (f"{gap.before:.3g}", f"{gap.after:.3g}", f"{gap.noise:.3g}")
-    plain = f"  held-out torque: RMS {amounts[0]} {unit} before, {amounts[1]} after, white noise {amounts[2]}"
+    amounts = (plain(gap.before, 3), plain(gap.after, 3), plain(gap.noise, 3))
+    line = f"  held-out torque: RMS {amounts[0]} {unit} before, {amounts[1]} after, white noise {amounts[2]}"
     header = (f"RMS [{unit}]", "before", "after", "white noise")
-    return [told, Table(header=header, rows=[("held-out torque", *amounts)], plain=plain)]
+    return [told, Table(header=header, rows=[("held-out torque", *amounts)], plain=line)]
 
 
 def _gap_table(finding: Finding) -> Table:
@@ -74,7 +75,7 @@ def _gap_table(finding: Finding) -> Table:
     rows, lines = [], []
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"
-        amounts = (f"{gap.before:.3g}", f"{gap.after:.3g}", f"{gap.noise:.3g}")
+        amounts = (plain(gap.before, 3), plain(gap.after, 3), plain(gap.noise, 3))
         closed = "–" if share is None else f"{100 * share:.1f} %{beside}"
         rows.append((name, *amounts, closed))
         told = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"

@@ -140,7 +140,7 @@ def multibody_of_result(source: Path, device: Device | str | None = None, start:
         got = "a joint alone, whose inertia and gravity are known and no bodies"
         todo = "--kind native and a name that ends in .fmu"
         raise InputError(str(source), expected="a device with links", got=got, todo=todo)
-    machine = device if isinstance(device, Device) else device_of_results(device, data["device"], source)
+    machine = device if isinstance(device, Device) else device_of_results(device, data, source)
     check_for_device(data, machine, str(source))
     check_orders(of_device(data).values, machine, str(source))
     return identified_multibody(machine, data, start)

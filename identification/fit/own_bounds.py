@@ -32,6 +32,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.registry import law_named
+from haptid.support.numbers import plain
 
 FitEquations = Callable[[Equations, FitOptions], Fit]
 """Function that fits equations, with the bounds they hold, under some options."""
@@ -214,7 +215,7 @@ def _tell_open_ends(found: Fit, ids: Sequence[str]) -> Fit:
     said = []
     for id in ids:
         quantity = found.equations.parameter(id)
-        value = f"{id} = {found.values[id]:.3g} {quantity.unit}"
+        value = f"{id} = {plain(found.values[id], 3)} {quantity.unit}"
         if id.split("_")[0] in stiff and found.values[id] > quantity.initial:
             said.append(f"presliding is too stiff to be seen: from {value} on, a stiffer one gives the same motion")
         else:
@@ -232,7 +233,7 @@ def _tell_stiction_beyond_torque(found: Fit, own: Sequence[str], runs: Sequence[
             unit = found.equations.parameter(id).unit
             statuses[id] = "unidentifiable"
             said.append(
-                f"{id} = {found.values[id]:.3g} {unit} is more than all that acted on the joint, {largest:.3g} {unit}: "
-                "the joint moved, and these runs do not tell its stiction"
+                f"{id} = {plain(found.values[id], 3)} {unit} is more than all that acted on the joint, "
+                f"{plain(largest, 3)} {unit}: the joint moved, and these runs do not tell its stiction"
             )
     return found.but(statuses=statuses, warnings=tuple(said))

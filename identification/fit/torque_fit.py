@@ -33,6 +33,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal
 from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import rms
+from haptid.support.numbers import plain
 
 
 def fit_torque(
@@ -108,7 +109,7 @@ def _move_by_position(
     unit = unit_for("rad", runs[0].prismatic)
     told = (
         "torque and position are held by one cost: within the errors of the torque, the error of free simulations of "
-        f"the fitted runs falls from {moved.before:.3g} to {moved.after:.3g} {unit} RMS"
+        f"the fitted runs falls from {plain(moved.before, 3)} to {plain(moved.after, 3)} {unit} RMS"
     )
     return at.but(runs=tuple(scores), notes=(*found.notes, told))
 
@@ -165,7 +166,7 @@ def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:
         size = rms(run.y[run.scored])
         close = "at" if one.over_noise <= FitOptions().tolerance else f"{one.over_noise:.1f} times"
         sentences.append(
-            f"{run.file} ({one.use}): residual torque {one.rmse_rad:.3g} {unit} RMS, {one.rmse_rad / size:.1%} of "
-            f"the torque's RMS and {close} its white noise ({float(run.sensor_std[0]):.2g} {unit})"
+            f"{run.file} ({one.use}): residual torque {plain(one.rmse_rad, 3)} {unit} RMS, {one.rmse_rad / size:.1%} "
+            f"of the torque's RMS and {close} its white noise ({plain(float(run.sensor_std[0]))} {unit})"
         )
     return sentences

@@ -8,9 +8,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from haptid.fmu_build.accuracy.draws import COUNT
+from haptid.fmu_build.exchange.recorded_device import COPY_OF_DEVICE
 from haptid.identification.job.ahead import Ahead, compilations_of
 from haptid.identification.job.job import Identification, Job
 from haptid.identification.job.provenance import provenance
@@ -25,12 +27,16 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import tell_remarks
-from haptid.support.files.files import write_json
+from haptid.measurement.format.devices import SUFFIXES
+from haptid.support.files.files import is_file, write_bytes, write_json
 from haptid.support.listener import Listener
+
+FOLDER_OF_DEVICE = "device"
+"""Folder below that of the results with a copy of the device's file."""
 
 
 def identify(job: Job, listener: Listener, finished: Callable[[Step], None] = lambda _: None) -> Identification:
-    """Fit, combine and verify; write ``identification.json`` and ``draws/`` below ``job.out``.
+    """Fit, combine and verify; write ``identification.json``, ``draws/`` and ``device/`` below ``job.out``.
 
     Parameters
     ----------
@@ -99,6 +105,8 @@ def _fit_configurations(
         for step in sequence.steps(job.configurations):
             steps.append(step)
             source = data_digest(job.campaign, job.device, step.configuration)
+            if not data["configurations"]:  # with the first result: a copy alone would be told as something finished
+                data |= _copy_device(job)
             data["configurations"].append({**step_json(step), "data": source})
             # After every configuration: an interrupted identification is continued from the finished ones.
             write_json(job.file, data)
@@ -130,6 +138,15 @@ def _head(job: Job, digest: str) -> dict[str, Any]:
         "links": {},
         "verification": {"runs": []},
     }
+
+
+def _copy_device(job: Job) -> dict[str, str]:
+    """Copy the device's file to the results, which are exported without their campaign; return the key that says so."""
+    file = Path(job.campaign.device)
+    if job.campaign.loaded is not None or not job.campaign.device.endswith(SUFFIXES) or not is_file(file):
+        return {}
+    write_bytes(job.out / FOLDER_OF_DEVICE / file.name, file.read_bytes())
+    return {COPY_OF_DEVICE: f"{FOLDER_OF_DEVICE}/{file.name}"}
 
 
 def _combine(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verification]:

@@ -7,11 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.identification.baseline.compared import Compared
-from haptid.identification.baseline.delay import Delay
 from haptid.identification.baseline.figures import Figures
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.told_outcome import (
+    LINEAR_HOLD,
+    delay_of,
+    delay_of_held_torque,
+    rows_from_linear,
+    seems_held_by_mistake,
+)
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.parameter_ids import id_suffixes
@@ -161,51 +167,13 @@ def tell_constant_torques(step: Step) -> list[str]:
     return told
 
 
-LINEAR_HOLD = 'hold = "linear" in campaign.toml (or haptid init --hold linear)'
-"""What to state where the torque runs linearly between its rows."""
-
-
-def seems_held_by_mistake(step: Step) -> bool:
-    """Say whether a torque that is held between rows acts half a row early, as one does that runs linearly there.
-
-    The hold then is the whole of the delay. A delay of which it may be a part is told by `tell_delay` alone.
-
-    Parameters
-    ----------
-    step
-        Configuration with its fit.
-
-    Returns
-    -------
-    bool
-        False also where no delay earned its place.
-    """
-    delay = _delay_of_held_torque(step)
-    return delay is not None and _rows_from_linear(delay) <= THRESHOLDS.largest_distance_from_half_a_row
-
-
 def _may_run_linearly(step: Step) -> bool:
     """Say whether the torque would have less of a delay if it ran linearly, as far as the delay's error tells."""
-    delay = _delay_of_held_torque(step)
+    delay = delay_of_held_torque(step)
     if delay is None:
         return False
     std_rows = delay.std * abs(delay.rows / delay.value) if delay.value else 0.0
-    return _rows_from_linear(delay) + std_rows <= THRESHOLDS.nearer_to_half_a_row
-
-
-def _delay_of(step: Step) -> Delay | None:
-    return None if step.baseline is None else step.baseline.delay
-
-
-def _delay_of_held_torque(step: Step) -> Delay | None:
-    """Return the delay of a torque that is held in every fitted run; None where it is not, or none earned its place."""
-    is_held = all(run.hold == "zero" for run in step.configuration.runs if run.use == "fit")
-    return _delay_of(step) if is_held else None
-
-
-def _rows_from_linear(delay: Delay) -> float:
-    """Return the rows [1] between a delay and that of a torque that runs linearly but is held: half a row early."""
-    return abs(delay.rows + 0.5)
+    return rows_from_linear(delay) + std_rows <= THRESHOLDS.nearer_to_half_a_row
 
 
 def tell_delay(step: Step) -> str | None:
@@ -222,7 +190,7 @@ def tell_delay(step: Step) -> str | None:
         As ``the torque acts 2.1 ± 0.3 ms (1.05 rows) after it is recorded``, and whether the fit has it, or what to
         state where it is that of a torque that runs linearly between rows; None without a delay.
     """
-    delay = _delay_of(step)
+    delay = delay_of(step)
     if delay is None:
         return None
     late = "after" if delay.value > 0 else "before"

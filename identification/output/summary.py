@@ -12,9 +12,7 @@ import numpy as np
 
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import (
-    LINEAR_HOLD,
     constant_torques,
-    seems_held_by_mistake,
     tell_comparison,
     tell_constant_torques,
     tell_delay,
@@ -22,16 +20,9 @@ from haptid.identification.output.plain_comparison import (
 )
 from haptid.identification.output.priors import tell_priors
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import (
-    LONELY_NEAR_THE_DATA,
-    MODEL_DOES_NOT_FIT,
-    UNCERTAIN,
-    Outcome,
-    tell_status,
-)
+from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.identification.sequence.step import Step
-from haptid.identification.statistics.score import residual_over_motion
-from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.sequence.told_outcome import tell_outcome
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain, says_nothing
 from haptid.support.tables import Table, Told
@@ -203,45 +194,6 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
         numbers = [f"joint {one['joint']}" for one in runs[0]["joints"]]
         told.append(Table(header=("run", "simulated in", *numbers), rows=rows, ruled=True))
     return told
-
-
-def tell_outcome(step: Step) -> str:
-    """Say how the fit ended; where the torque seems to be held by mistake, this takes the place of the usual remedies.
-
-    Parameters
-    ----------
-    step
-        Configuration with its fit.
-
-    Returns
-    -------
-    str
-        Without a full stop.
-    """
-    outcome = step.fit.outcome
-    if outcome not in MODEL_DOES_NOT_FIT or not seems_held_by_mistake(step):
-        return LONELY_NEAR_THE_DATA if outcome is Outcome.LONELY and follows_motion(step) else outcome.value
-    return f"{outcome.value.partition(';')[0]}; first state {LINEAR_HOLD}"
-
-
-def follows_motion(step: Step) -> bool:
-    """Say whether a fit leaves so little of the motion that columns and units must be right.
-
-    Parameters
-    ----------
-    step
-        Configuration with its fit.
-
-    Returns
-    -------
-    bool
-        False for a residual torque, which is no share of a motion.
-    """
-    files = {score.file for score in step.fit.runs if score.use == "fit"}
-    runs = [run for run in step.configuration.runs if run.use == "fit" and run.file in files]
-    if step.torque_scored or not runs:
-        return False
-    return residual_over_motion(runs, step.fit.runs) <= THRESHOLDS.largest_residual_near_the_data_over_motion
 
 
 def _whole(joint: Mapping[str, Any]) -> str:

@@ -14,6 +14,7 @@ from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome, tell_status
 from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.told_outcome import tell_outcome
 from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
@@ -56,7 +57,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "noise_rad": float(sigma),
         "cost": float(fit.cost),
         "outcome": fit.outcome.label,
-        "outcome_sentence": fit.outcome.value,
+        "outcome_sentence": tell_outcome(step),
         "starts": fit.starts,
         "simulations": fit.simulations,
         "wall_s": round(fit.wall_s, 3),

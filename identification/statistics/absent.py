@@ -19,6 +19,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
+from haptid.support.numbers import plain
 
 SPRING = ("Ks", "epos")
 """Ids of the stiffness and the equilibrium of a single joint's spring."""
@@ -121,7 +122,7 @@ def _spring(fit: Fit, stiffness: str, equilibrium: str) -> tuple[list[str], str]
     if abs(value) > reach:
         return [], ""
     unit = fit.equations.parameter(stiffness).unit
-    return [stiffness, equilibrium], f"no spring is seen: |{stiffness}| < {abs(value) + reach:.2g} {unit} with 95 %"
+    return [stiffness, equilibrium], f"no spring is seen: |{stiffness}| < {plain(abs(value) + reach)} {unit} with 95 %"
 
 
 def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], str]:
@@ -137,8 +138,8 @@ def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], s
     limit = max(abs(fit.values[id]) + _reach(fit, [id], np.ones(1)) for id in chosen)
     unit = fit.equations.parameter(chosen[0]).unit
     if limit > largest:
-        return chosen, f"gravity is not told by these runs, whose torque ends at {largest:.2g} {unit}"
-    return chosen, f"no gravity is seen: below {limit:.2g} {unit} with 95 %"
+        return chosen, f"gravity is not told by these runs, whose torque ends at {plain(largest)} {unit}"
+    return chosen, f"no gravity is seen: below {plain(limit)} {unit} with 95 %"
 
 
 def _stiction(fit: Fit, ids: Sequence[str], velocity: str, largest: float) -> tuple[list[str], str]:
@@ -149,9 +150,9 @@ def _stiction(fit: Fit, ids: Sequence[str], velocity: str, largest: float) -> tu
     if rise > reach:
         return [], ""
     unit = fit.equations.parameter(stiction).unit
-    sentence = f"no stiction is seen: {stiction} - {coulomb} < {rise + reach:.2g} {unit} with 95 %"
+    sentence = f"no stiction is seen: {stiction} - {coulomb} < {plain(rise + reach)} {unit} with 95 %"
     if rise + reach > largest:
-        sentence = f"stiction is not told by these runs, whose torque ends at {largest:.2g} {unit}"
+        sentence = f"stiction is not told by these runs, whose torque ends at {plain(largest)} {unit}"
     return [stiction, velocity], sentence
 
 

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from haptid.measurement.remarks.remarks import Remarks, remarks_of
+from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.signals.cycles import Cycles, find_cycles
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.support.tables import Table, Told
 
-MANY = 2
-"""Number of runs beyond which a remark on all of them is one line."""
 TORQUE = "torque ±"
 HEADER = (
     "file",
@@ -200,17 +199,7 @@ def _with_unit(rows: tuple[Row, ...]) -> str:
 
 
 def _remark_lines(rows: tuple[Row, ...]) -> list[str]:
-    """Lay out the remarks, one line for all joints of a run that share it, and for all runs of several that do."""
-    joints: dict[tuple[str, str], list[str]] = {}
-    for row in rows:
-        for remark in row.remarks:
-            joints.setdefault((row.cells[0], remark), []).append(row.cells[1].split()[0])
-    runs: dict[tuple[str, str], list[str]] = {}
-    for (file, remark), names in joints.items():
-        runs.setdefault((", ".join(names), remark), []).append(file)
-    every = len({row.cells[0] for row in rows})
-    lines = []
-    for (shared, remark), where in runs.items():
-        told = [f"all {every} runs"] if len(where) == every > MANY else where
-        lines += [f"  {which}, joint {shared}: {remark}" for which in told]
+    """Lay out the remarks, one line for all joints and runs that share it."""
+    remarks = [(row.cells[0], row.cells[1].split()[0], remark) for row in rows for remark in row.remarks]
+    lines = [f"  {line}" for line in tell_shared(remarks, every=len({row.cells[0] for row in rows}))]
     return ["", "Remarks", *lines] if lines else []

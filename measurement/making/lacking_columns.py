@@ -6,8 +6,11 @@ import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.tables.misnamed import likely_time_units
+from haptid.measurement.values.run import Array
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
 """Pattern of letters that are a word of a name."""
@@ -37,7 +40,8 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
         (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}", "current_{}_A"),
         (r"volt", "voltage_{}_V"),
-        (r"duty|pwm", "duty_{}"),
+        (r"(?:duty|pwm).*(?:%|pct|percent)", "duty_{}*0.01"),
+        (r"duty|pwm", "duty_{}*?"),
         (rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}", "torque_{}_Nm"),
     ),
     "position": (
@@ -47,20 +51,29 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (r"turns|rev", "position_{}_rad*6.28319"),
         (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
         (COUNTED, f"position_{{}}_rad*{COUNT}"),
-        (rf"angle|theta|pos|enc|winkel|{_ALONE.format('q')}", "position_{}_rad*?"),
+        (
+            rf"angle|theta|pos|enc|winkel|{_ALONE.format('pot(?:i|entiometer)?')}|{_ALONE.format('q')}",
+            "position_{}_rad*?",
+        ),
     ),
 }
 """By signal: patterns of names that it is likely under, and the column of the campaign format with the factor.
 
 The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
-and nothing tells radians from degrees.
+the largest number that of a duty, and nothing radians from degrees.
 """
+READ_BY_COUNTS = re.compile(r"enc|pot(?![a-z])|poti", re.IGNORECASE)
+"""Names of sensors that are read in counts where their numbers are whole."""
 DEMANDED = re.compile(
     rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref)')}", re.IGNORECASE
 )
 """Names of what a controller follows, which is no measured position."""
 NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
 """Names that hold a word of a position and are none."""
+BITS_OF_DUTY = (8, 10, 12, 14, 16)
+"""Bits that a timer's duty has, by which its largest number is one less than a power of two."""
+LARGEST_RATIO_OF_TRAVELS = 3.0
+"""Largest ratio [1] of the travels of a demanded and a measured position in one unit, or of its inverse."""
 LONGEST_REMEDY = 145
 """Most characters of a remedy with an example for each signal."""
 
@@ -69,7 +82,7 @@ def tell_how_to_name(
     lacking: Sequence[str],
     columns: Sequence[str],
     joints: Collection[int],
-    interval_of: Callable[[str], float] | None,
+    numbers_of: Callable[[str], Array] | None,
 ) -> str:
     """Say how to name the columns of signals that are lacking: those of the table that are likely meant.
 
@@ -81,7 +94,7 @@ def tell_how_to_name(
         Names of the columns of the table.
     joints
         Joints that the table is known to have; the first of them, or 0, stands in the names.
-    interval_of
+    numbers_of
         As `mapping.free_joints` takes it.
 
     Returns
@@ -98,10 +111,12 @@ def tell_how_to_name(
             unknown.remove(column)
             if signal == "torque" and joint_slides(joint, columns):
                 goal = re.sub(r"torque_{}_Nm(?:\*.*)?$", "force_{}_N", goal)
-            sure, note = _choose_unit(goal.format(joint), interval_of(column) if interval_of else float("nan"))
+            sure, note = _choose_unit(column, goal.format(joint), numbers_of)
             remedy.named.append(f"--map '{column}={sure}'")
             if note:
-                remedy.notes.append(note)
+                remedy.notes[remedy.named[-1]] = note
+            if signal == "position":
+                remedy = replace(remedy, position=(column, sure))
             continue
         name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
         if unknown:
@@ -109,7 +124,7 @@ def tell_how_to_name(
         else:
             remedy.added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
     whole = remedy.told()
-    wider = _with_reference(remedy, unknown, joint).told() if "position" in lacking else whole
+    wider = _with_reference(remedy, unknown, joint, numbers_of).told() if "position" in lacking else whole
     # A cut name helps nobody: where all do not fit, one shows how.
     return next((told for told in (wider, whole) if len(told) <= LONGEST_REMEDY), remedy.shortest())
 
@@ -145,22 +160,25 @@ class _Remedy:
     named
         Options that name the columns which are likely meant.
     notes
-        What else the units of these columns may be.
+        What else the units of these columns may be, by option.
     examples
         Options that show how a column is named, where none is likely meant.
     added
         Columns that the table needs, where it has none to name.
+    position
+        Column that is likely the position, and what it is mapped to; empty where none is, or none lacks.
     """
 
     lacking: Sequence[str]
     named: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    notes: dict[str, str] = field(default_factory=dict)
     examples: list[str] = field(default_factory=list)
     added: list[str] = field(default_factory=list)
+    position: tuple[str, str] = ("", "")
 
     def told(self) -> str:
         """Return the whole of it, as an error's remedy."""
-        used = " ".join([*self.named, *(f"({note})" for note in self.notes)])
+        used = " ".join([*self.named, *(f"({note})" for note in self.notes.values())])
         ways = (
             ("use", used),
             ("name a column, as in", " ".join(self.examples)),
@@ -169,8 +187,10 @@ class _Remedy:
         return f"no {', no '.join(self.lacking)}: {', '.join(f'{how} {what}' for how, what in ways if what)}"
 
     def shortest(self) -> str:
-        """Return one example."""
-        return f"no {', no '.join(self.lacking)}: name them, as in {[*self.named, *self.examples, *self.added][0]}"
+        """Return one example, with what else its unit may be."""
+        (first, *_) = [*self.named, *self.examples, *self.added]
+        note = f" ({self.notes[first]})" if first in self.notes else ""
+        return f"no {', no '.join(self.lacking)}: name them, as in {first}{note}"
 
 
 def _likeliest_column(signal: str, columns: Sequence[str]) -> tuple[str, str]:
@@ -180,29 +200,96 @@ def _likeliest_column(signal: str, columns: Sequence[str]) -> tuple[str, str]:
     return min(likely, key=lambda pair: DEMANDED.search(pair[0]) is not None, default=("", ""))
 
 
-def _with_reference(remedy: _Remedy, unknown: Sequence[str], joint: int) -> _Remedy:
+def _with_reference(
+    remedy: _Remedy, unknown: Sequence[str], joint: int, numbers_of: Callable[[str], Array] | None
+) -> _Remedy:
     """Name the demanded position too, where a column is likely one; one note on the unit holds for both angles."""
-    references = _likely_references(unknown)[:1]
+    references = [
+        (column, _choose_unit(column, goal.format(joint), numbers_of)[0])
+        for column, goal in _likely_references(unknown)
+    ]
+    measured, goal = remedy.position
+    if numbers_of is not None and measured:
+        bare = [column for column in unknown if is_bare_demand(column)]
+        references += [
+            (column, goal.replace("position", "reference"))
+            for column in bare
+            if travel_alike(numbers_of(column), numbers_of(measured))
+        ]
     if not references:
         return remedy
-    ((column, goal),) = references
-    named = [*remedy.named, f"--map '{column}={_choose_unit(goal.format(joint))[0]}'"]
-    notes = [re.sub(rf"position_{JOINT}_rad(?=\*)", "", note) for note in remedy.notes]
+    column, goal = references[0]
+    named = [*remedy.named, f"--map '{column}={goal}'"]
+    notes = {option: re.sub(rf"position_{JOINT}_rad(?=\*)", "", note) for option, note in remedy.notes.items()}
     return replace(remedy, named=named, notes=notes)
 
 
-def _choose_unit(goal: str, interval: float = float("nan")) -> tuple[str, str]:
+def is_bare_demand(column: str) -> bool:
+    """Say whether a name is that of something demanded, without a word on what, as ``setpoint`` or ``target_1``.
+
+    Parameters
+    ----------
+    column
+        Name of a column.
+
+    Returns
+    -------
+    bool
+    """
+    return DEMANDED.search(column) is not None and re.search("[A-Za-z]", DEMANDED.sub("", column)) is None
+
+
+def travel_alike(demanded: Array, measured: Array) -> bool:
+    """Say whether a demanded signal may be that position in the same unit which another one follows.
+
+    Parameters
+    ----------
+    demanded, measured
+        Signals in one unit, if they are positions, shape (n_t,) each.
+
+    Returns
+    -------
+    bool
+        False where one does not move, their travels differ much, or one is off by more than the larger travel.
+    """
+    one, other = demanded[np.isfinite(demanded)], measured[np.isfinite(measured)]
+    if not one.size or not other.size or np.ptp(one) == 0.0 or np.ptp(other) == 0.0:
+        return False
+    ratio = float(np.ptp(one) / np.ptp(other))
+    is_near = abs(float(np.median(one) - np.median(other))) <= max(np.ptp(one), np.ptp(other))
+    return bool(is_near and 1.0 / LARGEST_RATIO_OF_TRAVELS <= ratio <= LARGEST_RATIO_OF_TRAVELS)
+
+
+def _choose_unit(column: str, goal: str, numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:
     """Return what a column is mapped to, with a factor, and a note on the other unit that is as likely."""
     name, _, factor = goal.partition("*")
+    numbers = np.empty(0) if numbers_of is None else numbers_of(column)
+    numbers = numbers[np.isfinite(numbers)]
+    is_whole = numbers.size > 0 and bool(np.all(numbers == np.round(numbers)))
+    if factor == "?" and name.startswith("duty"):
+        return _choose_full_duty(name, float(np.max(np.abs(numbers), initial=0.0)), is_whole=is_whole)
+    if factor == "?" and is_whole and READ_BY_COUNTS.search(column):
+        goal, factor = f"{name}*{COUNT}", COUNT
     if factor == COUNT:
-        return goal, "2π/4096 a count; else as calibrated"
+        return goal, "if 4096 counts a turn"
     if factor != "?":
         return goal, ""
     if name != "time_s":
         return name, f"radians; degrees: {name}*{DEGREE}"
-    (unit, seconds), *others = likely_time_units(interval)
+    intervals = np.abs(np.diff(numbers))
+    (unit, seconds), *others = likely_time_units(float(np.median(intervals)) if intervals.size else float("nan"))
     note = f"{unit}; {others[0][0]}: {name}*{others[0][1]}" if others else ""
     return name if float(seconds) == 1.0 else f"{name}*{seconds}", note
+
+
+def _choose_full_duty(name: str, largest: float, *, is_whole: bool) -> tuple[str, str]:
+    """Return the factor of a duty by its largest number, and a note on what that takes for full."""
+    if largest <= 1.0:
+        return name, "a share of the supply"
+    full = next((2**bits - 1 for bits in BITS_OF_DUTY if largest < 2**bits), None) if is_whole else None
+    if full is None:
+        return f"{name}*0.01", "per cent of the supply"
+    return f"{name}*{1.0 / full:.4g}", f"{full} is full; per cent: *0.01" if largest <= 100 else f"{full} is full"
 
 
 def _likely_goal(signal: str, column: str) -> str:

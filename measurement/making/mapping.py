@@ -11,6 +11,7 @@ import pandas as pd
 from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.making.lacking_columns import joint_slides, tell_how_to_name
 from haptid.measurement.tables.table import Table
+from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
 
 TORQUE = re.compile(
@@ -135,7 +136,7 @@ def free_joints(
     file: str,
     only: tuple[int, ...] | None = None,
     closed: frozenset[int] = frozenset(),
-    interval_of: Callable[[str], float] | None = None,
+    numbers_of: Callable[[str], Array] | None = None,
 ) -> tuple[int, ...]:
     """Return the free joints of a table: those with both a torque (or what drives the motor) and a position.
 
@@ -149,9 +150,9 @@ def free_joints(
         Joints to choose from; None for all.
     closed
         Joints whose controller is known: what it follows drives them as well.
-    interval_of
-        Function from a column to the median difference of its neighbouring rows, by which an error chooses the unit of
-        a time; None where it is not known.
+    numbers_of
+        Function from a column to its numbers, by which an error chooses a unit that no name tells; None where they are
+        not known.
 
     Returns
     -------
@@ -173,7 +174,7 @@ def free_joints(
         parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
         lacking = [word for there, word in parts if not there]
         todo = (
-            tell_how_to_name(lacking, columns, driven | seen, interval_of)
+            tell_how_to_name(lacking, columns, driven | seen, numbers_of)
             if lacking
             else _which_joints(driven, seen, only)
         )

@@ -13,6 +13,7 @@ import pandas as pd
 from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.lacking_columns import is_bare_demand, travel_alike
 from haptid.measurement.making.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.making.moving_joints import moving_joints
 from haptid.measurement.making.units_in_names import understand_columns
@@ -153,7 +154,7 @@ def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *,
     time = next((column for column, name in names.items() if name == "time_s"), "time_s")
     usable = usable_rows(table, needed if mend else (), time)
     frame = map_columns(usable.table, targets)
-    free_joints(list(frame.columns), str(table.path), answers.free, answers.closed, table.interval)
+    free_joints(list(frame.columns), str(table.path), answers.free, answers.closed, table.loosely)
     return replace(usable, table=replace(usable.table, frame=frame))
 
 
@@ -362,11 +363,38 @@ def describe(prepared: Sequence[PreparedTable]) -> list[str]:
         Lines without line breaks.
     """
     lines: dict[str, None] = {}  # in order, each once
+    left: dict[str, None] = {}
     for one in prepared:
         for column, target in one.targets.items():
             factor = "" if target.factor == 1 else f", × {target.factor:.6g}"
             lines[f"  {column} is {target.name}{factor}"] = None
-    return [*(["understood:", *lines] if lines else []), "runs:", *(f"  {_describe_run(one)}" for one in prepared)]
+        left |= dict.fromkeys(_describe_demands(one))
+    return [
+        *(["understood:", *lines] if lines else []),
+        *left,
+        "runs:",
+        *(f"  {_describe_run(one)}" for one in prepared),
+    ]
+
+
+def _describe_demands(one: PreparedTable) -> list[str]:
+    """Say of columns such as ``setpoint`` how they are named, where they may be what the only position follows."""
+    positions = [name for name in one.frame.columns if POSITION.fullmatch(name)]
+    if len(positions) != 1:
+        return []
+    (position,) = positions
+    reference = position.replace("position", "reference")
+    factor = next((target.factor for target in one.targets.values() if target.name == position), 1.0)
+    measured = pd.to_numeric(one.frame[position], errors="coerce").to_numpy(dtype=float) / factor
+    told = []
+    for column in one.frame.columns:
+        if reference in one.frame or not is_bare_demand(column):
+            continue
+        demanded = pd.to_numeric(one.frame[column], errors="coerce").to_numpy(dtype=float)
+        if travel_alike(demanded, measured):
+            option = f"--map '{column}={reference}" + ("" if factor == 1.0 else f"*{factor:.6g}") + "'"
+            told.append(f"not used: {column}; where it is what the position is to follow, name it by {option}")
+    return told
 
 
 def describe_drives(prepared: Sequence[PreparedTable], answers: Answers) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import click
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
-from haptid.measurement.making.mapping import Target, parse_map
+from haptid.measurement.making.mapping import TORQUE, Target, parse_map
 from haptid.measurement.making.units_in_names import understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
@@ -109,7 +109,7 @@ def assume_validation(tables: list[Table], flags: dict[str, Any]) -> tuple[dict[
 
 
 def ask_columns(table: Table, stated: dict[str, Target], step: float | None) -> dict[str, Target]:
-    """Ask for the meaning of the columns whose names do not say it, where time or position is lacking.
+    """Ask for the meaning of the columns whose names do not say it, where time, position or what drives is lacking.
 
     Parameters
     ----------
@@ -132,7 +132,8 @@ def ask_columns(table: Table, stated: dict[str, Target], step: float | None) -> 
     """
     known = understand_columns(table.columns, stated, step)
     names = {known[column].name if column in known else column for column in table.columns}
-    if "time_s" in names and any(name.startswith("position_") for name in names):
+    driven = any(TORQUE.fullmatch(name) for name in names)
+    if "time_s" in names and driven and any(name.startswith("position_") for name in names):
         return stated
     click.echo(f"{table.path.name} has the columns {', '.join(table.columns)}. Empty keeps a column as it is.")
     replies = dict(stated)

@@ -25,19 +25,20 @@ UNITS: dict[str, tuple[str, float]] = {
     "rev": ("rad", 2 * math.pi), "turns": ("rad", 2 * math.pi),
     "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6),
     "counts": (COUNTS, 1.0), "count": (COUNTS, 1.0), "cnt": (COUNTS, 1.0), "ticks": (COUNTS, 1.0),
-    "rad/s": ("rad_s", 1.0), "mrad/s": ("rad_s", 1e-3), "deg/s": ("rad_s", DEG), "rpm": ("rad_s", 2 * math.pi / 60),
+    "rad/s": ("rad_s", 1.0), "mrad/s": ("rad_s", 1e-3), "deg/s": ("rad_s", DEG), "dps": ("rad_s", DEG),
+    "rpm": ("rad_s", 2 * math.pi / 60),
     "m/s": ("m_s", 1.0), "mm/s": ("m_s", 1e-3),
     "Nm": ("Nm", 1.0), "mNm": ("Nm", 1e-3), "Nmm": ("Nm", 1e-3), "Ncm": ("Nm", 1e-2), "kNm": ("Nm", 1e3),
     "N": ("N", 1.0), "mN": ("N", 1e-3), "kN": ("N", 1e3),
     "A": ("A", 1.0), "mA": ("A", 1e-3), "V": ("V", 1.0), "mV": ("V", 1e-3), "C": ("C", 1.0),
-    "%": ("", 1e-2), "percent": ("", 1e-2),
+    "%": ("", 1e-2), "percent": ("", 1e-2), "pct": ("", 1e-2),
 }  # fmt: skip
 """Unit of the campaign format, and how many of it one of the user's unit is, by the user's unit."""
 
 QUANTITIES: dict[str, str] = {
     "time": "time", "t": "time", "timestamp": "time", "stamp": "time", "elapsed": "time",
     "position": "position", "pos": "position", "angle": "position", "q": "position", "theta": "position",
-    "encoder": "position", "lage": "position", "winkel": "position",
+    "encoder": "position", "enc": "position", "lage": "position", "winkel": "position",
     "velocity": "velocity", "vel": "velocity", "speed": "velocity", "omega": "velocity", "qd": "velocity",
     "dq": "velocity", "drehzahl": "velocity", "geschwindigkeit": "velocity",
     "torque": "torque", "tau": "torque", "effort": "torque", "drehmoment": "torque", "force": "force",
@@ -45,6 +46,7 @@ QUANTITIES: dict[str, str] = {
     "voltage": "voltage", "spannung": "voltage", "duty": "duty", "pwm": "duty",
     "temperature": "temperature", "temp": "temperature",
     "supply": "supply", "dclink": "supply", "bus": "supply", "vbus": "supply",
+    "vbat": "supply", "vbatt": "supply", "battery": "supply", "batt": "supply",
     "reference": "reference", "setpoint": "reference", "goal": "reference", "desired": "reference",
     "target": "reference", "demand": "reference", "demanded": "reference", "des": "reference", "ref": "reference",
     "sollwert": "reference",
@@ -105,6 +107,8 @@ _SPELLINGS = (
     (r"(?i)(soll|ist)[\s_-]?wert", r" \1wert "),  # Lageistwert
     (r"(?i)(?<![a-z])soll[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " sollwert "),
     (r"(?i)(?<![a-z])ist[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " istwert "),
+    (r"(?i)(?<![a-z])millis(?:econds?)?(?![a-z])", " time ms "),  # as Arduino's clocks are called
+    (r"(?i)(?<![a-z])micros(?:econds?)?(?![a-z])", " time us "),
     (r"[µμ]", "u"),
     (r"°\s*C\b", " C "),
     (r"°", " deg "),

@@ -5,7 +5,7 @@ Remarks are on likely slips and on circumstances that a fit has to respect; none
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,8 @@ import numpy as np
 
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
+from haptid.measurement.remarks.saturation import find_saturation
+from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
 from haptid.measurement.remarks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.remarks.torque_scale import off_scale
@@ -87,6 +89,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
             if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
                 slips.append(turned[run.file])
+            saturated = "" if joint in campaign.drives else find_saturation(run, column)  # a drive has its own limit
+            slips += [saturated] if saturated else []
             by_joint = [
                 table[run.file, joint] for table in (odd, correlated, controllers) if (run.file, joint) in table
             ]
@@ -158,6 +162,12 @@ def _lost_rows(run: Run) -> list[str]:
 def _circumstances(run: Run, column: int) -> list[str]:
     """Return what any fit of one joint of a run has to know, and does."""
     found = []
+    noise, rounding = float(run.noise[column]), float(run.resolution[column]) / np.sqrt(12.0)
+    if noise < rounding / THRESHOLDS.largest_stated_over_estimated_noise:
+        found.append(
+            f"the stated noise of {noise:.2g} is far below what the stated encoder step leaves, {rounding:.2g} "
+            "(step/√12), which weighs the readings: is the step right?"
+        )
     if run.averaged_rows > 1:
         found.append(f"positions are averages over {run.averaged_rows} rows: simulations are averaged alike")
     sign = position_control(run, column)
@@ -172,8 +182,8 @@ def _circumstances(run: Run, column: int) -> list[str]:
     return found
 
 
-def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
-    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together.
+def remark_lines(remarks: Sequence[Remarks]) -> list[str]:
+    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints and runs that share it stand together.
 
     Parameters
     ----------
@@ -183,11 +193,12 @@ def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
     Returns
     -------
     list of str
-        One line for each doubt of a run, in the order of the runs.
+        In the order of the runs.
     """
-    joints: dict[tuple[str, str], list[str]] = {}
-    for one in remarks:
-        for joint, sentences in zip(one.run.free_joints, one.doubts, strict=True):
-            for sentence in sentences:
-                joints.setdefault((one.run.file, sentence), []).append(str(joint))
-    return [f"{file}, joint {', '.join(names)}: {sentence}" for (file, sentence), names in joints.items()]
+    doubts = [
+        (one.run.file, str(joint), sentence)
+        for one in remarks
+        for joint, sentences in zip(one.run.free_joints, one.doubts, strict=True)
+        for sentence in sentences
+    ]
+    return tell_shared(doubts, every=len(remarks))

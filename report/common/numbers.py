@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from haptid.support.numbers import plain
+from haptid.support.numbers import choose_unit, plain
 
 
 def with_error(value: float, std: float) -> str:
@@ -88,6 +88,5 @@ def in_thousandths(value: float, unit: str) -> str:
     """
     if not math.isfinite(value):
         return "diverged"
-    if abs(value) >= 1:
-        return f"{plain(value, 3)} {unit}"
-    return f"{plain(1e3 * value, 3)} " + " or ".join(f"m{one}" for one in unit.split(" or "))
+    unit, factor = choose_unit(value, unit)
+    return f"{plain(factor * value, 3)} {unit}"

@@ -24,7 +24,7 @@ _ENVIRONMENT = jinja2.Environment(
     lstrip_blocks=True,
     undefined=jinja2.StrictUndefined,  # a misspelt name in the template is an error, not a gap in the page
 )
-HEADERS_OF_CARDS = ("status", "verdict", "95 % interval", "change in percent")
+HEADERS_OF_CARDS = ("status", "verdict", "outcome", "95 % interval", "change in percent")
 """Columns by which a table has more to say in a row than a phone is wide."""
 SCRIPTS = ("uPlot.iife.min.js", "page.js")
 """Scripts of a page with an interactive picture: the library, and what feeds it."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -10,6 +12,8 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
+from haptid.support.linear_algebra import largest_magnitude
+from haptid.support.numbers import choose_unit
 
 RUNS_IN_A_ROW = 2
 """Most runs of one picture."""
@@ -68,16 +72,17 @@ def before_after_figure(curves: tuple[Curve, ...]) -> Figure:
     with style():
         made = figure(8.5, 4.4)
         axes = made.subplots(2, len(shown), squeeze=False, sharex="col", sharey="row", height_ratios=(1, 1.5))
+        slides = [p for curve in shown for p in curve.run.prismatic]
+        unit, factor = residual_unit(shown)
         for column, curve in enumerate(shown):
             several = len({c.run.free_joints for c in curves}) > 1
             draw_motion(axes[0, column], curve)
             title = curve.run.file + f", joint {curve.run.free_joints[0]}" * several
             axes[0, column].set_title(title, fontsize=8)
-            draw_residuals(axes[1, column], curve)
+            draw_residuals(axes[1, column], curve, factor)
             axes[1, column].set_xlabel("time [s]")
-        slides = [p for curve in shown for p in curve.run.prismatic]
         axes[0, 0].set_ylabel(f"position [{unit_for('rad', slides)}]")
-        axes[1, 0].set_ylabel(f"residual [{unit_for('mrad', slides)}]")
+        axes[1, 0].set_ylabel(f"residual [{unit}]")
         for row in axes:
             row[0].legend(fontsize=7, ncols=3, loc="upper center")
             low, high = row[0].get_ylim()
@@ -100,7 +105,26 @@ def draw_motion(axis: Axes, curve: Curve) -> None:
     axis.plot(curve.run.t, curve.after, color=SIMULATED, label="simulated after")
 
 
-def draw_residuals(axis: Axes, curve: Curve) -> None:
+def residual_unit(curves: Sequence[Curve]) -> tuple[str, float]:
+    """Choose the unit in which what the simulations of runs miss is drawn, in panels of one axis.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations.
+
+    Returns
+    -------
+    unit : str
+    factor : float
+        As `choose_unit` has them, for what is missed before and after.
+    """
+    missed = [curve.run.y[:, 0] - simulated for curve in curves for simulated in (curve.before, curve.after)]
+    slides = [p for curve in curves for p in curve.run.prismatic]
+    return choose_unit(largest_magnitude(*missed), unit_for("rad", slides))
+
+
+def draw_residuals(axis: Axes, curve: Curve, factor: float) -> None:
     """Draw what the simulations before and after the search miss, with the sensor's ±2σ, over time.
 
     Parameters
@@ -109,9 +133,11 @@ def draw_residuals(axis: Axes, curve: Curve) -> None:
         Axes to draw on.
     curve
         Run of one joint with its simulations.
+    factor
+        Number in the unit of the axis over the number in rad or m.
     """
     t, y = curve.run.t, curve.run.y[:, 0]
-    axis.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
-    axis.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
-    band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
+    axis.plot(t, factor * (y - curve.before), color=ACCENT, lw=0.7, label="before")
+    axis.plot(t, factor * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
+    band = [2 * factor * s * curve.run.sensor_std[0] for s in (-1, 1)]
     axis.axhspan(*band, color=BAND, alpha=0.5, lw=0, label="±2σ of the sensor")

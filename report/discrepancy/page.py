@@ -21,13 +21,14 @@ from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.quantity import Quantity
 from haptid.report.common.cycles import cycles_picture
-from haptid.report.common.numbers import round_to_error, with_error
+from haptid.report.common.numbers import in_thousandths, round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
 from haptid.report.discrepancy.motion_pictures import before_after_pictures
 from haptid.report.discrepancy.unnamed_section import unnamed_section
 from haptid.report.discrepancy.where_pictures import localisation_picture
-from haptid.support.numbers import plain, times
+from haptid.support.linear_algebra import largest_magnitude
+from haptid.support.numbers import choose_unit, plain, times
 
 LARGEST_ERROR_OF_KNOWN = 0.5
 """Largest standard error over the value [1] at which a parameter counts as known, as the statuses of a fit have it."""
@@ -168,10 +169,10 @@ def _in_words(finding: Finding) -> list[str]:
     """Say the residual RMS before and after the search, over the sensor's noise."""
     name = next(name for name in ("sealed", "validate", "fit") if name in finding.gaps)
     runs = "the fitted runs (there are no others)" if name == "fit" else "runs that no fit saw"
-    gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
+    gap, unit = finding.gaps[name], unit_for("rad", _slides(finding))
     before = (
-        f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} {unit} (RMS), "
-        f"{times(gap.before / gap.noise)} the sensor's noise of {1e3 * gap.noise:.3g} {unit}."
+        f"Without a change, the simulation misses {runs} by {in_thousandths(gap.before, unit)} (RMS), "
+        f"{times(gap.before / gap.noise)} the sensor's noise of {in_thousandths(gap.noise, unit)}."
     )
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
@@ -187,13 +188,15 @@ def _in_words(finding: Finding) -> list[str]:
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
     closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
     what = "With the stand-in" if finding.judgement.is_stand_in else "With what was found"
-    after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {times(gap.after / gap.noise)} the noise"
+    after = f"{what}, it misses them by {in_thousandths(gap.after, unit)}, {times(gap.after / gap.noise)} the noise"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after}{closed}.", *made]
 
 
-def gap_rows(gaps: Mapping[str, Gap], shares: Mapping[str, str], scored: str) -> list[tuple[str, ...]]:
-    """Return the rows of a table of gaps.
+def gap_rows(
+    gaps: Mapping[str, Gap], shares: Mapping[str, str], scored: str, unit: str
+) -> tuple[str, list[tuple[str, ...]]]:
+    """Return the rows of a table of gaps with the unit of their numbers.
 
     Parameters
     ----------
@@ -203,29 +206,34 @@ def gap_rows(gaps: Mapping[str, Gap], shares: Mapping[str, str], scored: str) ->
         What is told of the share that is closed, by the same names.
     scored
         What fits and choices saw: ``runs`` or ``stretches``.
+    unit
+        SI unit of the gaps, without prefix.
 
     Returns
     -------
-    list of tuple of str
-        Which runs, RMS before, after and of the noise, in thousandths of their unit, and the share.
+    unit : str
+        Unit of the RMS in the rows, as `choose_unit` chooses it for all of them.
+    rows : list of tuple of str
+        Which runs, RMS before, after and of the noise, and the share.
     """
     names = {
         "fit": f"fitted {scored}",
         "validate": f"{scored} that no fit saw, which chose among candidates",
         "sealed": "sealed runs, which took part in no choice",
     }
+    shown, factor = choose_unit(largest_magnitude(*((gap.before, gap.after, gap.noise) for gap in gaps.values())), unit)
     rows = []
     for name, gap in gaps.items():
-        sizes = [f"{1e3 * rms:.3g}" for rms in (gap.before, gap.after, gap.noise)]
+        sizes = [plain(factor * rms, 3) for rms in (gap.before, gap.after, gap.noise)]
         rows.append((names[name], *sizes, shares[name]))
-    return rows
+    return shown, rows
 
 
 def _gaps(finding: Finding) -> Table:
     closed = {name: gap.closed_beside_scatter for name, gap in finding.gaps.items()}
     shares = {name: "–" if share is None else f"{100 * share:.1f} %" for name, share in closed.items()}
-    rows = gap_rows(finding.gaps, shares, "runs")
-    unit = f"[{unit_for('mrad', _slides(finding))}]"
+    shown, rows = gap_rows(finding.gaps, shares, "runs", unit_for("rad", _slides(finding)))
+    unit = f"[{shown}]"
     with_what = " with the stand-in" if finding.judgement.is_stand_in else ""
     header = (
         "", f"missed before {unit}", f"after{with_what} {unit}", f"sensor noise {unit}", f"gap closed{with_what}",

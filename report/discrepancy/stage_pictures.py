@@ -12,11 +12,10 @@ from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.stages import Staged
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, BAND, RESIDUAL, figure, png, style
-from haptid.report.discrepancy.motion_pictures import before_after_figure
+from haptid.report.discrepancy.motion_pictures import before_after_figure, residual_unit
 from haptid.report.discrepancy.where_pictures import localisation_figure
 from haptid.support.files.files import write_bytes
 
@@ -57,15 +56,15 @@ def gap_figure(curves: Sequence[Curve]) -> Figure:
         A panel a run, with the sensor's ±2σ.
     """
     shown = list(curves)[:2]
+    unit, factor = residual_unit(shown)
     with style():
         made = figure(8.5, 2.8)
         for axis, curve in zip(made.subplots(1, len(shown), squeeze=False, sharey=True)[0], shown, strict=True):
-            axis.plot(curve.run.t, 1e3 * (curve.run.y[:, 0] - curve.before), color=ACCENT, lw=0.7)
-            band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
+            axis.plot(curve.run.t, factor * (curve.run.y[:, 0] - curve.before), color=ACCENT, lw=0.7)
+            band = [2 * factor * s * curve.run.sensor_std[0] for s in (-1, 1)]
             axis.axhspan(*band, color=BAND, alpha=0.5, lw=0)
             axis.set_title(f"{curve.run.file}, joint {curve.run.free_joints[0]}", fontsize=8)
             axis.set_xlabel("time [s]")
-        unit = unit_for("mrad", [p for curve in shown for p in curve.run.prismatic])
         made.axes[0].set_ylabel(f"measured − simulated [{unit}]")
     return made
 

@@ -20,7 +20,8 @@ from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure
 from haptid.report.discrepancy.glance import torque_glance
 from haptid.report.discrepancy.page import gap_rows, write_formulas, write_share
 from haptid.report.discrepancy.where_pictures import localisation_picture
-from haptid.support.linear_algebra import rms
+from haptid.support.linear_algebra import largest_magnitude, rms
+from haptid.support.numbers import choose_unit
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
@@ -41,19 +42,20 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         made = figure(8.5, 4.6)
         top, low = made.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
         rows = found.study.moving
+        # Where a joint just begins to move, stiff presliding may give any torque: the measured ones set the scale.
+        measured = np.concatenate([run.y[counts, 0] for run, counts in zip(found.study.runs, rows, strict=True)])
+        unit, factor = choose_unit(largest_magnitude(measured), _unit(finding, "N m"))
         for k, (run, counts, before, after) in enumerate(
             zip(found.study.runs, rows, found.base.residual, found.final.residual, strict=True)
         ):
             q, tau = (np.where(counts, of_run, np.nan) for of_run in (run.u[:, 0], run.y[:, 0]))
             hide = "_" if k else ""
-            top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
-            top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
-            top.plot(q, 1e3 * (tau - after), color=SIMULATED, label=f"{hide}model after")
-        # Where a joint just begins to move, stiff presliding may give any torque: the measured ones set the scale.
-        measured = np.concatenate([run.y[counts, 0] for run, counts in zip(found.study.runs, rows, strict=True)])
-        top.set_ylim(*_range_of(1e3 * measured))
+            top.plot(q, factor * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
+            top.plot(q, factor * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
+            top.plot(q, factor * (tau - after), color=SIMULATED, label=f"{hide}model after")
+        top.set_ylim(*_range_of(factor * measured))
         draw_torque_left(low, TorqueLeft.of(finding), [found.study.prismatic])
-        top.set_ylabel(f"torque [{_unit(finding, 'mN m')}]")
+        top.set_ylabel(f"torque [{unit}]")
         for axis in (top, low):
             axis.legend(fontsize=7)
     caption = (
@@ -82,12 +84,14 @@ def draw_torque_left(axis: Axes, left: TorqueLeft, prismatic: Sequence[bool]) ->
     prismatic
         Whether each joint is prismatic, for the units.
     """
+    torques = [of_run[1:].ravel() for of_run in left.stretches]
+    unit, factor = choose_unit(largest_magnitude(*torques, 2 * left.noise), unit_for("N m", prismatic))
     for k, (q, before, after) in enumerate(left.stretches):
         hide = "_" if k else ""
-        axis.plot(q, 1e3 * before, ".", ms=2, color=ACCENT, label=f"{hide}left before")
-        axis.plot(q, 1e3 * after, ".", ms=2, color=SIMULATED, label=f"{hide}left after")
-    axis.axhspan(*(2e3 * s * left.noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
-    axis.set_ylabel(f"held out, left [{unit_for('mN m', prismatic)}]")
+        axis.plot(q, factor * before, ".", ms=2, color=ACCENT, label=f"{hide}left before")
+        axis.plot(q, factor * after, ".", ms=2, color=SIMULATED, label=f"{hide}left after")
+    axis.axhspan(*(2 * factor * s * left.noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
+    axis.set_ylabel(f"held out, left [{unit}]")
     axis.set_xlabel(f"position [{unit_for('rad', prismatic)}]")
 
 
@@ -105,14 +109,15 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
         One line a direction, with standard errors.
     """
     left = finding.remaining
+    unit, factor = choose_unit(largest_magnitude(left.up, left.down), _unit(finding, "N m"))
     with style():
         made = figure(8.5, 2.4)
         axis = made.subplots()
         for values, name, colour in ((left.up, "position grows", SIMULATED), (left.down, "position falls", ACCENT)):
-            axis.errorbar(left.position, 1e3 * values, 1e3 * left.std, fmt="o-", ms=3, label=name, color=colour)
+            axis.errorbar(left.position, factor * values, factor * left.std, fmt="o-", ms=3, label=name, color=colour)
         axis.axhline(0.0, color=MEASURED, lw=0.6)
         axis.set_xlabel(f"position [{_unit(finding, 'rad')}]")
-        axis.set_ylabel(f"left [{_unit(finding, 'mN m')}]")
+        axis.set_ylabel(f"left [{unit}]")
         axis.legend(fontsize=7)
     text = "Mean torque that the final model leaves, by position and direction, with standard errors."
     return picture_of(made, caption=text, alt="remaining torque over position")
@@ -121,9 +126,10 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
 def _gaps(finding: TorqueFinding) -> Table:
     closed = {name: gap.closed for name, gap in finding.gaps.items()}
     shares = {name: "–" if share is None else f"{100 * share:.0f} %" for name, share in closed.items()}
-    unit = f"[{_unit(finding, 'mN m')}]"
+    shown, rows = gap_rows(finding.gaps, shares, "stretches", _unit(finding, "N m"))
+    unit = f"[{shown}]"
     header = ("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed")
-    return Table(header=header, rows=gap_rows(finding.gaps, shares, "stretches"))
+    return Table(header=header, rows=rows)
 
 
 THROUGH_CONTROLLER = "refitted through the controller"
@@ -164,14 +170,17 @@ def _in_unit(value: str, quantity: Quantity) -> str:
 
 
 def _rounds(finding: TorqueFinding) -> list[Table]:
-    left = f"left there [{_unit(finding, 'mN m')}]"
+    candidates = [candidate for step in finding.search.steps for candidate in step.candidates]
+    largest = largest_magnitude(*(rms(candidate.model.unseen) for candidate in candidates))
+    unit, factor = choose_unit(largest, _unit(finding, "N m"))
+    left = f"left there [{unit}]"
     return [
         Table(
             header=("entry", "gain in BIC", "evidence on held-out stretches", left, "taken"),
             rows=[
                 (
                     c.key, f"{c.bic:.0f}", f"{c.evidence:.0f}",
-                    f"{1e3 * rms(c.model.unseen):.2f}", "yes" if c is step.taken else "",
+                    f"{factor * rms(c.model.unseen):.2f}", "yes" if c is step.taken else "",
                 )
                 for c in step.candidates
             ],

@@ -15,7 +15,6 @@ from haptid.identification.output.plain_comparison import constant_torques
 from haptid.identification.output.summary import (
     attention,
     residual_unit,
-    tell_outcome,
     tell_uncertain,
     uncertain_ids,
     worst_score,
@@ -23,6 +22,7 @@ from haptid.identification.output.summary import (
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.result.outcome import UNCERTAIN
 from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.told_outcome import tell_outcome
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run

@@ -15,6 +15,8 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
 from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
+from haptid.support.linear_algebra import largest_magnitude
+from haptid.support.numbers import choose_unit
 
 
 def run_picture(traces: Sequence[Trace], title: str) -> Picture:
@@ -58,10 +60,11 @@ def run_figure(traces: Sequence[Trace]) -> Figure:
     with style():
         made = figure(3.0 * max(len(traces), 2) + 1.0, 1.7 * rows)
         axes = made.subplots(rows, len(traces), sharex="col", squeeze=False, height_ratios=[2, 1] * (rows // 2))
+        largest = [max(largest_residual(trace, k) for trace in traces) for k in range(len(traces[0].joints))]
         for column, trace in enumerate(traces):
             for k in range(len(trace.joints)):
                 draw_signal(axes[2 * k][column], trace, k, first=column == 0)
-                draw_residual(axes[2 * k + 1][column], trace, k, first=column == 0)
+                draw_residual(axes[2 * k + 1][column], trace, k, first=column == 0, largest=largest[k])
             axes[0][column].set_title(title_of(trace), fontsize=8)
             axes[-1][column].set_xlabel("time [s]")
         _legend(made, axes[0][0])
@@ -126,15 +129,35 @@ def draw_signal(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> 
         axis.set_ylabel(f"{what} {joint} [{trace.unit}]")
 
 
-def draw_residual(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> None:
+def largest_residual(trace: Trace, k: int = 0) -> float:
+    """Return the largest residual of a joint in a run.
+
+    Parameters
+    ----------
+    trace
+        Signals of the run.
+    k
+        Index of the joint among the free ones.
+
+    Returns
+    -------
+    float
+        Magnitude in the unit of the trace.
+    """
+    return largest_magnitude(trace.measured[:, k] - trace.simulated[:, k])
+
+
+def draw_residual(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True, largest: float | None = None) -> None:
     """Draw measured minus simulated signal of one joint over time, with the sensor's ±2σ.
 
     Parameters
     ----------
     axis, trace, k, first
         As `draw_signal` takes them.
+    largest
+        Largest residual of all panels that share the label, which chooses its unit; None for this panel alone.
     """
-    unit, factor = f"m{trace.unit}", 1e3
+    unit, factor = choose_unit(largest_residual(trace, k) if largest is None else largest, trace.unit)
     axis.axhspan(-2 * factor * trace.sigma[k], 2 * factor * trace.sigma[k], color=BAND, linewidth=0)
     r = factor * (trace.measured[:, k] - trace.simulated[:, k])
     axis.plot(trace.t, r, color=RESIDUAL, linewidth=0.5)
@@ -175,13 +198,15 @@ def whole_picture(check: RunCheck) -> Picture:
             draw_over(above, check.t, check.measured[:, k], check.simulated[:, k])
             above.set_title(f"joint {one.joint}: RMS = {one.rmse_rad:.2g} {unit}", fontsize=8)
             above.set_ylabel(f"position [{unit}]")
-            noise = 1e3 * one.rmse_rad / one.rmse_over_noise
+            missed = check.measured[:, k] - check.simulated[:, k]
+            shown, factor = choose_unit(largest_magnitude(missed), unit)
+            noise = factor * one.rmse_rad / one.rmse_over_noise
             if np.isfinite(noise):
                 below.axhspan(-2 * noise, 2 * noise, color=BAND, linewidth=0)
-            r = 1e3 * (check.measured[:, k] - check.simulated[:, k])
+            r = factor * missed
             below.plot(check.t, r, color=RESIDUAL, linewidth=0.7)
             _limits(below, r)
-            below.set_ylabel(f"residual [m{unit}]")
+            below.set_ylabel(f"residual [{shown}]")
         if n % 2:
             for axis in axes[-2:, 1]:
                 axis.set_visible(False)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from haptid.identification.output.plain_comparison import LINEAR_HOLD, seems_held_by_mistake
 from haptid.identification.output.summary import residual_unit, worst_score
 from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.told_outcome import LINEAR_HOLD, seems_held_by_mistake
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.values.units import unit_for

@@ -25,6 +25,7 @@ from haptid.report.identification.glance import (
     glance_table,
     worst_joint,
 )
+from haptid.support.numbers import plain
 
 METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
@@ -121,7 +122,7 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
             good.append(step.configuration.name)
         else:
             size = tell_size_and_share(worst, residual_unit(step))
-            poor.append(f"{step.configuration.name} ({worst.over_noise:.3g} × noise){size}")
+            poor.append(f"{step.configuration.name} ({plain(worst.over_noise, 3)} × noise){size}")
     words = []
     if good:
         all_of_many = len(good) == len(steps) > MOST_UNFOLDED

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from haptid.measurement.values.run import Array
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
+from haptid.support.linear_algebra import largest_magnitude
+from haptid.support.numbers import choose_unit
 from haptid.uq.prediction.predict import Bands
 
 
@@ -213,12 +215,13 @@ def draw_residual_bands(axis: Axes, part: Bands) -> None:
     part
         Bands of the run.
     """
-    run = part.run
+    run, missed = part.run, part.run.y[:, 0] - part.median
+    unit, factor = choose_unit(largest_magnitude(missed), part.unit)
     for k in (2, 1, 0):
-        low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
+        low, high = factor * (part.lower[k] - part.median), factor * (part.upper[k] - part.median)
         axis.fill_between(run.t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
-    axis.plot(run.t, 1e3 * (run.y[:, 0] - part.median), color=RESIDUAL, lw=0.4, alpha=0.8)
-    axis.set_ylabel(f"m{part.unit}")
+    axis.plot(run.t, factor * missed, color=RESIDUAL, lw=0.4, alpha=0.8)
+    axis.set_ylabel(unit)
     shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
     axis.set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
 

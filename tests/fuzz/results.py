@@ -59,7 +59,7 @@ def read_identification_file(content: bytes, folder: Path) -> None:
         if len(configuration["free_joints"]) == 1:
             of_joint(data, configuration["free_joints"][0])
     if data["device"] != IDENTIFICATION["device"]:  # to read the built-in one again and again would only take time
-        device_of_results(None, data["device"], path)
+        device_of_results(None, data, path)
 
 
 def read_finding_file(content: bytes, folder: Path) -> None:

@@ -141,7 +141,7 @@ def test_a_torque_that_never_changes_is_told_as_that(write):
     folder = write(change=lambda frame: frame.update(pd.DataFrame({T: np.full(len(frame), 0.002)})))
     result = call("identify", folder, "--fmu", "none", "--no-export", "--starts", "1")
     assert result.exit_code == 0, result.output
-    assert "remark: a.csv, joint 4: the torque never changes: nothing excites the joint" in result.stderr
+    assert "remark: a.csv, b.csv, joint 4: the torque never changes: nothing excites the joint" in result.stderr
     assert "the torque never changes in the fitted runs" in result.stdout
 
 

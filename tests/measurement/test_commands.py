@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from haptid.measurement import check, new
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import propose_device, propose_validation
+from haptid.measurement.making.lacking_columns import tell_how_to_name
 
 
 @pytest.fixture
@@ -146,11 +147,67 @@ def test_new_says_that_counts_want_a_factor(tables, tmp_path, name):
         named.assign(**{name: (40 * named[name]).round().astype(int)}).to_csv(path, index=False)
     refused = run_new(tables, "--out", tmp_path / "made", "--measured")
     assert refused.exit_code == 2
-    hint = f"--map '{name}=position_0_rad*0.00153398' (2π/4096 a count; else as calibrated)"
+    hint = f"--map '{name}=position_0_rad*0.00153398' (if 4096 counts a turn)"
     assert hint in refused.stderr
     # Without the factor the rows are taken, with a remark on counts.
     made = run_new(tables, "--out", tmp_path / "made", "--measured", "--map", f"{name}=position_0_rad")
     assert "counts? then multiply the position by the angle of one" in made.output
+
+
+def firmware(tables: Path, *names: str) -> None:
+    """Log the runs as a firmware does: milliseconds, a demand and an encoder in counts."""
+    for path in tables.iterdir():
+        read = pd.read_csv(path)
+        counts = (40 * read["deg"]).round().astype(int)
+        demand = (200 * read["tau"] / read["tau"].abs().max()).round().astype(int)
+        columns = {"millis": read["ms"], "pwm": demand, "enc": counts, "setpoint": counts + 1, "current_mA": demand}
+        pd.DataFrame({name: columns[name] for name in names}).to_csv(path, index=False)
+
+
+def test_a_duty_and_an_encoder_in_whole_numbers_get_the_factors_of_their_counts(tables, tmp_path):
+    firmware(tables, "millis", "pwm", "enc")
+    refused = run_new(tables, "--out", tmp_path / "made", "--measured")
+    duty, angle = "pwm=duty_0*0.003922", "enc=position_0_rad*0.00153398"
+    notes = "(255 is full) (if 4096 counts a turn)"
+    assert f"no torque, no position: use --map '{duty}' --map '{angle}' {notes}\n" in refused.stderr
+    made = run_new(tables, "--out", tmp_path / "made", "--measured", "--map", duty, "--map", angle, "--supply", "12")
+    assert made.exit_code == 0, made.output
+    assert "millis is time_s, × 0.001" in made.output
+
+
+def test_a_bare_setpoint_is_the_reference_where_it_travels_as_the_position(tables, tmp_path):
+    firmware(tables, "millis", "setpoint", "enc", "current_mA")
+    flags = ("--out", tmp_path / "made", "--measured", "--torque-constant", "0.4")
+    refused = run_new(tables, *flags)
+    angle, reference = "enc=position_0_rad*0.00153398", "setpoint=reference_0_rad*0.00153398"
+    assert f"no position: use --map '{angle}' --map '{reference}' (if 4096" in refused.stderr
+    made = run_new(tables, *flags, "--map", angle)
+    assert (
+        f"not used: setpoint; where it is what the position is to follow, name it by --map '{reference}'" in made.output
+    )
+
+
+def test_a_setpoint_of_another_size_is_no_reference(tables, tmp_path):
+    firmware(tables, "millis", "setpoint", "enc", "current_mA")
+    for path in tables.iterdir():
+        read = pd.read_csv(path)
+        read.assign(setpoint=100 * read["setpoint"]).to_csv(path, index=False)
+    refused = run_new(tables, "--out", tmp_path / "made", "--measured", "--torque-constant", "0.4")
+    assert "reference_0_rad" not in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("numbers", "goal", "note"),
+    [
+        ([0.0, 0.5, -1.0], "duty_0", "a share of the supply"),
+        ([0.0, 80.0, -40.0], "duty_0*0.003922", "255 is full; per cent: *0.01"),
+        ([0.0, 1000.0], "duty_0*0.0009775", "1023 is full"),
+        ([0.5, -99.5], "duty_0*0.01", "per cent of the supply"),
+    ],
+)
+def test_the_largest_number_tells_the_full_of_a_duty(numbers, goal, note):
+    told = tell_how_to_name(["torque"], ["time_s", "pwm", "position_0_rad"], [0], lambda _: np.array(numbers))
+    assert told == f"no torque: use --map 'pwm={goal}' ({note})"
 
 
 def test_a_current_in_counts_is_no_position(tables, tmp_path):
@@ -307,6 +364,17 @@ def test_new_takes_the_supply_of_a_duty(duties, tmp_path):
     run = read_campaign(tmp_path / "made").runs[0]
     assert np.all(run.drive_inputs["supply"] == 24.0)
     assert np.abs(run.drive_inputs["duty"]).max() == pytest.approx(0.01)
+
+
+def test_new_asks_what_drives_the_joint_where_only_that_is_unknown(tables, tmp_path, monkeypatch):
+    monkeypatch.setattr(new, "_can_ask", lambda: True)
+    for path in tables.iterdir():
+        read = pd.read_csv(path)
+        read.rename(columns={"ms": "millis", "tau": "pwm", "deg": "angle_deg"}).to_csv(path, index=False)
+    flags = ["--measured", "--title", "D", "--device", "single_joint", "--validate", "two.csv", "--noise", "1e-4"]
+    result = run_new(tables, "--out", tmp_path / "made", *flags, answers="duty_0*0.01\n12\n")
+    assert result.exit_code == 0, result.output
+    assert "pwm is (time_s, torque_0_Nm" in result.output
 
 
 def test_new_asks_for_the_supply_of_a_duty(duties, tmp_path, monkeypatch):

@@ -26,6 +26,7 @@ WORDS = (
     "milliseconds?",
     "sign wrong",
     "clipped",
+    "command limited",
     "is stated",
     "same rows",
     "swapped?",

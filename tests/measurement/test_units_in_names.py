@@ -72,6 +72,19 @@ DEG = math.pi / 180
         ("Stromistwert [A]", "current_0_A", 1.0),
         ("Drehmoment [Nm]", "torque_0_Nm", 1.0),
         ("speed rpm", "velocity_0_rad_s", 2 * math.pi / 60),
+        ("millis", "time_s", 1e-3),
+        ("millis()", "time_s", 1e-3),
+        ("time_micros", "time_s", 1e-6),
+        ("micros", "time_s", 1e-6),
+        ("t_ms", "time_s", 1e-3),
+        ("enc_counts", "position_0_rad", 0.002),
+        ("enc1_ticks", "position_1_rad", 0.002),
+        ("vbat_V", "supply_V", 1.0),
+        ("battery_mV", "supply_V", 1e-3),
+        ("current_mA", "current_0_A", 1e-3),
+        ("target_deg", "reference_0_rad", DEG),
+        ("pwm_pct", "duty_0", 1e-2),
+        ("vel_dps", "velocity_0_rad_s", DEG),
     ],
 )
 def test_names_are_understood(name: str, known: str, factor: float):
@@ -99,6 +112,10 @@ def test_names_are_understood(name: str, known: str, factor: float):
         "Lageabweichung [°]",
         "motor (A)",
         "q_meas",
+        "pwm",
+        "enc",
+        "setpoint",
+        "vbat",
     ],
 )
 def test_what_is_not_sure_is_left_to_the_user(name: str):

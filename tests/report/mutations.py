@@ -49,10 +49,14 @@ DISCREPANCY = of(
     ("the ends of an interval swapped", "for end in estimate.interval)", "for end in estimate.interval[::-1])"),
     (
         "before for after in words",
-        "it misses them by {1e3 * gap.after:.3g}",
-        "it misses them by {1e3 * gap.before:.3g}",
+        "it misses them by {in_thousandths(gap.after, unit)}",
+        "it misses them by {in_thousandths(gap.before, unit)}",
     ),
-    ("after for before in words", "misses {runs} by {1e3 * gap.before:.3g}", "misses {runs} by {1e3 * gap.after:.3g}"),
+    (
+        "after for before in words",
+        "misses {runs} by {in_thousandths(gap.before, unit)}",
+        "misses {runs} by {in_thousandths(gap.after, unit)}",
+    ),
     (
         "times the noise before for after",
         "{times(gap.after / gap.noise)} the noise",
@@ -67,7 +71,7 @@ DISCREPANCY = of(
     ),
     ("closes 100 − X in the table", '{100 * share:.1f} %" for name', '{100 - 100 * share:.1f} %" for name'),
     ("no scatter beside the gap", "name: gap.closed_beside_scatter for name", "name: gap.closed for name"),
-    ("rad for mrad", 'f"{1e3 * rms:.3g}"', 'f"{rms:.3g}"'),
+    ("rad for mrad", "plain(factor * rms, 3)", "plain(rms, 3)"),
     (
         "worst for best among the models",
         "key=lambda t: t.candidate.criterion)",
@@ -98,7 +102,7 @@ MOTION_PICTURES = of(
     "discrepancy/motion_pictures.py",
     "test_discrepancy_page.py",
     ("the picture's curves swapped", "axis.plot(curve.run.t, curve.before,", "axis.plot(curve.run.t, curve.after,"),
-    ("a band of 1 σ", "band = [2e3 * s", "band = [1e3 * s"),
+    ("a band of 1 σ", "band = [2 * factor * s", "band = [factor * s"),
 )
 TORQUE = of(
     "discrepancy/torque_gap_page.py",
@@ -113,8 +117,8 @@ TORQUE = of(
     ("BIC for evidence", 'f"{c.bic:.0f}", f"{c.evidence:.0f}"', 'f"{c.evidence:.0f}", f"{c.bic:.0f}"'),
     ("another candidate taken", '"yes" if c is step.taken', '"yes" if c is not step.taken'),
     ("directions swapped", '(left.up, "position grows"', '(left.down, "position grows"'),
-    ("errors of two σ", "1e3 * left.std, fmt", "2e3 * left.std, fmt"),
-    ("a band of 1 σ", "2e3 * s * left.noise", "1e3 * s * left.noise"),
+    ("errors of two σ", "factor * left.std, fmt", "2 * factor * left.std, fmt"),
+    ("a band of 1 σ", "2 * factor * s * left.noise", "factor * s * left.noise"),
 )
 TORQUE_ROWS = of(
     "discrepancy/page.py",
@@ -130,7 +134,7 @@ WHOLE = of(
     "test_gap_pages.py",
     ("before and after swapped", "return row.before, row.after,", "return row.after, row.before,"),
     ("noise for expected", "row.expected, row.noise", "row.noise, row.expected"),
-    ("the bars swapped", "[1e3 * r.before for r", "[1e3 * r.after for r"),
+    ("the bars swapped", "[factor * r.before for r", "[factor * r.after for r"),
 )
 DRAWS = of(
     "discrepancy/full_model_section.py",
@@ -251,8 +255,8 @@ PICTURES = (
         ("a band of 1 σ", "-2 * factor * trace.sigma[k], 2 *", "-factor * trace.sigma[k], "),
         (
             "the residual of the other sign",
-            "(trace.measured[:, k] - trace.simulated[:, k])",
-            "(trace.simulated[:, k] - trace.measured[:, k])",
+            "factor * (trace.measured[:, k] - trace.simulated[:, k])",
+            "factor * (trace.simulated[:, k] - trace.measured[:, k])",
         ),
     ),
     *of(

@@ -191,12 +191,49 @@ def wordy(tmp_path_factory) -> Path:
         "inertia at the joint",
     )
     columns = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
-    tables = [Table(header=columns, rows=[known]), Table(header=("run", "use"), rows=[(f"{long}.csv", "fit")])]
+    overview = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "fit [s]", "outcome")
+    fits = [
+        (
+            "joints 0, 1, posture 12", "160587 (4.34 rad, 220 % of the range)", "23842 (640 mrad, 35 % of the range)",
+            "12", "12 of 12", "1234.5", word_cell("fit", outcome),
+        )
+        for outcome in ("converged", "above_noise", "unexplained", "torque_scored")
+    ]  # fmt: skip
+    tables = [
+        Table(header=columns, rows=[known]),
+        Table(header=("run", "use"), rows=[(f"{long}.csv", "fit")]),
+        Table(header=overview, rows=fits),
+    ]
     page = Page(
         title="Joint 0", lead="l", sections=[Section(title="Joint 0", tables=tables)], synthetic=True,
         glance=Table(header=header, rows=[row]),
     )  # fmt: skip
     return write_page(tmp_path_factory.mktemp("wordy") / "report.html", page)
+
+
+LINES_OF_WORDS = """one => {
+    const lines = [];
+    for (const text of [...one.childNodes].filter(node => node.nodeType === Node.TEXT_NODE)) {
+        for (const word of text.data.matchAll(/\\S+/g)) {
+            const range = document.createRange();
+            range.setStart(text, word.index);
+            range.setEnd(text, word.index + word[0].length);
+            lines.push(new Set([...range.getClientRects()].map(box => Math.round(box.top))).size);
+        }
+    }
+    return lines;
+}"""
+"""Number of lines on which each word of an element stands."""
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_word_of_an_outcome_is_broken(visit, wordy, width):
+    """Beside wide cells an outcome read "converg/ed"."""
+    shown = visit(wordy, width)
+    words = shown.locator("td .word").all()
+    assert len(words) >= 5
+    for word in words:
+        assert set(word.evaluate(LINES_OF_WORDS)) == {1}, word.inner_text()
 
 
 @pytest.mark.parametrize("width", WIDTHS)

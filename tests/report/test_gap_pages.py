@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from haptid.discrepancy.finding.drawn import TorqueLeft
 from haptid.discrepancy.finding.full_model import Missed, WholeFinding
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.finding.torque_finding import Remaining, TorqueFinding
@@ -18,7 +19,7 @@ from haptid.identification.verification.result import JointCheck, RunCheck, Veri
 from haptid.model.equations.quantity import Quantity
 from haptid.report.common.page import Page
 from haptid.report.discrepancy.full_model_section import full_model_sections
-from haptid.report.discrepancy.torque_gap_page import torque_gap_page, torque_picture
+from haptid.report.discrepancy.torque_gap_page import draw_torque_left, torque_gap_page, torque_picture
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from tests.report.known import T, known_maps, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
@@ -95,6 +96,23 @@ def test_the_torque_left_before_stands_before_that_after(torque):
         "sealed runs, which took part in no choice": ["67.3", "31.8", "7.9", "60 %"],
     }
     assert {name: list(table.row(name).values())[1:] for name in table.column("")} == rows
+
+
+def test_torques_from_1_on_stand_in_newton_metres():
+    """A gap of 40 N m was told as 40000 mN m in tables and pictures."""
+    strong = Gap(before=40.2, after=12.9, noise=0.0054)
+    found = replace(FINDING.search, base=fitted([31.0, 32.0, 33.0, 34.0]))
+    finding = replace(FINDING, search=found, gaps=dict.fromkeys(("fit", "validate"), strong))
+    seen = render(torque_gap_page, finding, "An arm", measured=True)
+    table = seen.table("Before and after")
+    assert table.header == ["", "left before [N m]", "left after [N m]", "white noise [N m]", "gap closed"]
+    assert list(table.row("fitted stretches").values())[1:4] == ["40.2", "12.9", "0.0054"]
+    axis = Figure().subplots()
+    draw_torque_left(
+        axis, TorqueLeft(stretches=(np.array([[0.2, 0.4], [3.0, -40.0], [0.5, 0.1]]),), noise=0.1), [False]
+    )
+    assert axis.get_ylabel() == "held out, left [N m]"
+    assert list(axis.lines[0].get_ydata()) == [3.0, -40.0]
 
 
 def test_an_effect_of_the_torque_has_its_value_and_its_error(torque):

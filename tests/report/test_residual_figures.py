@@ -12,6 +12,7 @@ from haptid.identification.output.cycle_amplitudes import CycleAmplitudes, cycle
 from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import RunScore
 from haptid.report.common.cycles import cycles_figure
+from haptid.report.identification.figures import run_figure
 from haptid.report.identification.residual_figures import autocorrelation_of, correlation_figure, spectrum_of
 from tests.report.known import known_run
 
@@ -54,6 +55,16 @@ def test_the_limits_of_white_noise_are_drawn():
     axis = correlation_figure([trace(white())]).axes[0]
     levels = sorted(float(line.get_ydata()[0]) for line in axis.lines[1:])
     assert levels == pytest.approx([-1.96 / ROWS**0.5, 1.96 / ROWS**0.5])
+
+
+def test_residuals_of_one_label_have_one_unit_that_suits_the_largest():
+    """40 N m stood on an axis as 40000 mN m."""
+    small, large = trace(np.array([2.0, -3.0])), trace(np.array([2.0, -40e3]))
+    for shown, label, factor in (([small], "residual [mrad]", 1e3), ([small, large], "residual [rad]", 1.0)):
+        below = run_figure(shown).axes[-len(shown) :]
+        assert below[0].get_ylabel() == label
+        for axis, one in zip(below, shown, strict=True):
+            assert axis.lines[0].get_ydata() == pytest.approx(factor * one.measured[:, 0])
 
 
 def scattered(scatter: np.ndarray, noise: float = 1e-4) -> CycleAmplitudes | None:

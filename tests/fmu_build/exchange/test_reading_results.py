@@ -71,6 +71,11 @@ WRONG = [
     (changed("device", to=7), "device: expected a text, got 7"),
     (changed("device", to="../elsewhere.toml"), "--device ../elsewhere.toml if it is yours"),
     (changed("device", to="/etc/passwd"), "--device /etc/passwd if it is yours"),
+    (
+        changed("device_file", to="/etc/passwd", data=changed("device", to="../elsewhere.toml")),
+        "--device ../elsewhere.toml if it is yours",
+    ),
+    (changed("device_file", to=7), "device_file: expected a text, got 7"),
     (changed("device", to="freedom7s"), "a built-in name or a file"),
     (changed("device", to="a\0b"), "device: expected"),
     (changed("device", to="x" * 5000), "device: expected"),
@@ -251,8 +256,11 @@ def test_a_device_beside_the_results_or_named_by_the_user_is_read(tmp_path, monk
     call = ["--from", str(source), "--out", str(folder / "x.fmu"), "--kind", "native"]
     done = CliRunner().invoke(export, [*call, "--device", str(machine)])
     assert done.exit_code == 0, done.output
-    shutil.copy(machine, folder)
-    source.write_text(json.dumps(data | {"device": "machine.toml"}))
-    done = CliRunner().invoke(export, call)
-    assert done.exit_code == 0, done.output
-    assert load_device(machine).title in done.output
+    (folder / "device").mkdir()
+    for named in ({"device": "machine.toml"}, {"device_file": "device/machine.toml"}):
+        shutil.copy(machine, folder / next(iter(named.values())))
+        source.write_text(json.dumps(data | named))
+        done = CliRunner().invoke(export, call)
+        assert done.exit_code == 0, done.output
+        assert load_device(machine).title in done.output
+        (folder / next(iter(named.values()))).unlink()

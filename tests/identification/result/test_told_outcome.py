@@ -9,11 +9,13 @@ import numpy as np
 from haptid.identification.baseline.compared import compare
 from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.plain_fit import plain_fit
-from haptid.identification.output.summary import attention, tell_outcome
+from haptid.identification.output.summary import attention
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.result_json import step_json
 from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.told_outcome import tell_outcome
 from tests.identification.bench_joint import equations, runs, simulator
 
 
@@ -23,6 +25,7 @@ def test_a_lonely_minimum_near_the_data_is_not_blamed_on_units():
     step = Step(configuration=configuration, fit=found, torque_scored=False, compared=None)
     assert "haptid missing" in tell_outcome(step)
     assert "units" not in tell_outcome(step)
+    assert step_json(step)["outcome_sentence"] == tell_outcome(step) in attention(step)
     far = found.but(runs=tuple(replace(one, rmse=300.0 * one.rmse) for one in found.runs))
     assert "columns and units are right" in tell_outcome(replace(step, fit=far))
     assert "columns and units are right" in tell_outcome(replace(step, torque_scored=True))
