@@ -161,6 +161,12 @@ class Thresholds:
     correlation the noise of a differenced position makes up to a tenth."""
     largest_correlation_of_other_controller: float = 0.5
     """Correlation [1] below which another controller than the stated one made the command."""
+    largest_difference_of_stated_controller: float = 0.1
+    """RMS difference between the torque of a stated controller and the recorded one, over the latter [1], above which
+    the recorded torque is taken: of a wrist with a filtered speed 0.3, of a knee 0.004."""
+    least_share_left_by_noisy_torque: float = 2.0
+    """Share of its energy that a rigid body leaves of the recorded torque, over that of the stated controller's [1],
+    above which the recorded one is a noisy reading of the other."""
     largest_difference_from_torque_constant: float = 0.05
     """Relative difference [1] of that factor from one over the torque constant up to which the gains are in amperes."""
     margin_of_saturation: float = 1e-3

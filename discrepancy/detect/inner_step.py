@@ -114,10 +114,28 @@ def visible(study: Study, solution: Solution, step: float) -> float:
     float
         ‖P·(y_h − y_{h/2})/σ‖², with P off the tangent space of nominal parameters and initial states alone.
     """
+    change = readings(study, solution, step) - readings(study, solution, step / 2)
+    return off_tangent_space(solution, change)
+
+
+def off_tangent_space(solution: Solution, change: Array) -> float:
+    """Return how much of a change of the readings no parameter of the nominal model can reproduce.
+
+    Parameters
+    ----------
+    solution
+        Fitted model.
+    change
+        Whitened change e of the readings over the noise, shape (n_r,).
+
+    Returns
+    -------
+    float
+        ‖P·e‖², with P off the tangent space of nominal parameters and initial states alone.
+    """
     Q = tangent_space(solution, without={q.id for e in solution.effects for q in e.parameters})
     e = np.zeros(Q.shape[0])
-    change = readings(study, solution, step) - readings(study, solution, step / 2)
-    # The rows of the priors come last and do not depend on the step.
+    # The rows of the priors come last and do not depend on the simulation.
     e[: change.size] = change
     e -= Q @ (Q.T @ e)
     return float(e @ e)

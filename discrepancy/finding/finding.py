@@ -314,6 +314,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "smallest_detectable": [d.as_json() for d in finding.search.scan.detectable],
         "base_starts_at_best": [finding.search.base.reached, len(finding.search.base.costs)],
         "simulations": finding.search.simulations,
+        "rows_merged": finding.search.study.rows_merged,
         "wall_s": finding.wall_s,
     }
 

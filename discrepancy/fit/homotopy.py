@@ -80,6 +80,23 @@ class Guided:
         """Last gain that the fit has passed [1/s]; the highest before any."""
         return GAINS[max(self.level - 1, 0)]
 
+    def cost_under(self, gain: float) -> float:
+        """Return ‖r‖² at the point that was reached, simulated under a gain.
+
+        Parameters
+        ----------
+        gain
+            Observer gain [1/s].
+
+        Returns
+        -------
+        float
+            In squares over the noise, weak priors included; infinite where the simulation diverges.
+        """
+        residual = self.problem.blocks(self.reached.x, gain, jacobian=False).residual
+        cost = float(residual @ residual)
+        return cost if np.isfinite(cost) else np.inf
+
     def linearised(self, effects: Sequence[Effect]) -> Solution:
         """Return the fit with residual and Jacobian under its gain, about which signatures are taken.
 

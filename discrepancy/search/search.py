@@ -1,6 +1,7 @@
 """Search for missing effects, step by step: `Study` in, `Search` out.
 
-1. Fit the nominal model from several starts, and choose the inner step whose error is invisible there.
+1. Merge rows of a long recording as long as no reading shows it. Fit the nominal model from several starts, and choose
+   the inner step whose error is invisible there.
 2. Estimate the noise from its residuals, simulate the signatures of the catalogue, and score them. Where the nominal
    model lacks something, fit it under the other friction laws too: one that leaves far less than any single effect
    takes the place of the model's law, one that leaves less is searched under where the search ends without an
@@ -21,6 +22,8 @@ from dataclasses import replace
 
 from haptid.discrepancy.candidate.candidate import score_candidate
 from haptid.discrepancy.candidate.trial import Trial
+from haptid.discrepancy.detect.merged_error import merging_shows
+from haptid.discrepancy.fit.nominal_fit import Base
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, without_each
 from haptid.discrepancy.search.contenders import fit_contenders
@@ -37,6 +40,7 @@ from haptid.discrepancy.search.trials.searcher import Searcher, leaves_much
 from haptid.discrepancy.search.under_observer.dominance import closes_most
 from haptid.discrepancy.search.under_observer.laws import lead_on
 from haptid.discrepancy.search.under_observer.leads import Lead, begin_under_observer, release_leads
+from haptid.discrepancy.study.merged_rows import merged, rows_to_merge
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.friction.registry import MISSING
@@ -67,7 +71,21 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ign
     NumericalError
         If no start of the nominal fit gives a finite simulation.
     """
+    every = rows_to_merge(study)
+    while every > 1:
+        few, base = fit_nominal_model(merged(study, every), seed=seed, starts=starts, tell=tell)
+        if not merging_shows(study, few, base.solution):
+            found = _search_beside(few, base, tell)
+            if not merging_shows(study, found.study, found.best.solution):
+                return found
+        tell(f"again with fewer rows merged than {every}: it shows in the readings")
+        every //= 2
     study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
+    return _search_beside(study, base, tell)
+
+
+def _search_beside(study: Study, base: Base, tell: Progress) -> Search:
+    """Search beside a fit of the nominal model, under the friction law that explains most."""
     begun = begin_search(study, base, tell)
     if not begun.start.adequate and leaves_much(begun.white.chi2, study.rows):
         return _search_under_observer(begun, tell)

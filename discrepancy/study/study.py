@@ -65,6 +65,8 @@ class Study:
         Held-out runs that take part in no choice (`discrepancy.study.sealed`).
     own
         Ids of the parameters whose range haptid chose: neither user nor device states it.
+    rows_merged
+        Number of rows of the recording that each row of the runs stands for (`discrepancy.study.merged_rows`).
     """
 
     joint: int
@@ -81,6 +83,7 @@ class Study:
     carried: Fit | None = None
     sealed: tuple[Run, ...] = ()
     own: tuple[str, ...] = ()
+    rows_merged: int = 1
 
     @property
     def name(self) -> str:

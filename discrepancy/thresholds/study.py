@@ -35,6 +35,15 @@ class StudyThresholds:
     145 of 146 names came sooner. What no effect of the catalogue explains took up to 65,000 runs without the limit.
     """
 
+    # Long recordings.
+    most_rows_searched: int = 25_000
+    """Number of fitted rows [1] up to which a search takes each of them: of more, several are merged into one.
+
+    Five runs of 20 s at 2 kHz took 4.6 GB and were not done after 266 s."""
+    largest_torque_change_within_merged_rows: float = 0.1
+    """Largest RMS difference between the torque and the linear course in its place, over that of the torque [1]: a dead
+    band or a saturation acts on the torque itself."""
+
     # Held-out runs.
     least_held_out_runs_to_seal: int = 3
     """Number of held-out runs [1] from which some are sealed: two are left that choose."""

@@ -209,15 +209,17 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
         # Least squares have found the basin; starts around it would each run for as long as the first.
         options = options.but(starts=min(options.starts, THRESHOLDS.most_starts_beside_plain_guess))
     drive = test.equations.drive
-    if drive is not None and drive.is_closed:
-        return _fit_closed(test, options, workers)
-    best = _best_of_both(test, options, workers)
+    closed = drive is not None and drive.is_closed
+    best = _fit_closed(test, options, workers) if closed else _best_of_both(test, options, workers)
     # A position at the noise is the stricter test, and settles it; a torque at its noise may still predict worse.
     settled = quiet(best.fit, options) and not best.torque_scored
-    # The plain model of a drive stands on the torque that the fit gives it, and cannot replace that fit.
-    if best.compared.plain_is_better and not settled and drive is None:
+    # The plain model of a motor stands on the torque constant that the fit found, and cannot replace that fit.
+    known_torque = drive is None or drive.kind == "torque"
+    if best.compared.plain_is_better and not settled and known_torque:
         made = plain_fit(test.simulator(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)
+    if closed:
+        return best
     if best.fit.outcome is Outcome.UNEXCITED:
         # Without a scale of the torques no size tells what is absent, and ends of ranges and regimes say nothing.
         return replace(best, fit=best.fit.but(warnings=()))

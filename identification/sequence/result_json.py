@@ -103,8 +103,10 @@ def _replaced_json(step: Step) -> dict[str, dict[str, float]]:
     """Keep the parameters of a fit that the plain model replaced: ``figures.model`` of the runs are that fit's."""
     if step.fit.outcome is not Outcome.PLAIN or step.compared is None:
         return {}
-    ids = [q.id for q in step.fit.equations.parameters]
-    return {"replaced": dict(zip(ids, step.compared.models["model"].theta.tolist(), strict=True))}
+    model = step.compared.models["model"]
+    own = dict(zip((q.id for q in model.simulator.equations.parameters), model.theta.tolist(), strict=True))
+    # The models are compared on torques: what makes them, a drive with its controller, is known.
+    return {"replaced": {**step.fit.values, **own}}
 
 
 def _zeros_json(fit: Fit) -> dict[str, Any] | None:

@@ -33,6 +33,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.model.joint.drive_terms import DRIVE_PARAMETERS
 from haptid.model.joint.joint_in_device import INERTIAL
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient, locked_motion
@@ -176,10 +177,12 @@ def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[s
     Returns
     -------
     dict
-        Values by id, such as ``Ks_0``; inertial parameters and coefficients are left out.
+        Values by id, such as ``Ks_0``; inertial parameters and coefficients are left out, and those of drive and
+        controller: the whole device is moved by torques.
     """
+    beside = DRIVE_PARAMETERS.union(INERTIAL)
     if len(joints) == 1:
-        return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in INERTIAL}
+        return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in beside}
     tails = tuple(f"_{j}" for j in joints)
     return {id: v for id, v in values.items() if id.endswith(tails) and id[0] not in "MV"}
 

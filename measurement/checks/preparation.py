@@ -14,6 +14,7 @@ from pathlib import Path
 
 from haptid.measurement.checks.clock import check_clocks
 from haptid.measurement.checks.motion import check_motion
+from haptid.measurement.checks.recorded_torque import with_torques_that_were
 from haptid.measurement.checks.sizes import check_sizes
 from haptid.measurement.checks.stated import check_stated
 from haptid.measurement.format.reading import read_campaign
@@ -107,9 +108,10 @@ def ready_for_fits(campaign: Campaign) -> Campaign:
     InputError
         Where the campaign allows no fit.
     """
-    prepared = prepare_campaign(campaign)
+    used = with_torques_that_were(campaign)
+    prepared = prepare_campaign(used)
     # Remarks are on the campaign as it was read: the prepared one no longer shows which noise was stated.
-    return prepared.but(remarks=(*campaign.remarks, *remark_lines(remarks_of(campaign))))
+    return prepared.but(remarks=(*used.remarks, *remark_lines(remarks_of(campaign))))
 
 
 def tell_remarks(campaign: Campaign, listener: Listener) -> None:

@@ -27,6 +27,7 @@ from haptid.model.joint.drive_terms import (
     REFERENCE,
     torque_along,
 )
+from haptid.support.linear_algebra import rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +93,38 @@ def with_recorded_torques(campaign: Campaign) -> Campaign:
         The same where no controller is stated, or no torque was recorded beside one.
     """
     return campaign.but(runs=tuple(_with_recorded_torque(run, campaign) for run in campaign.runs))
+
+
+def difference_from_recorded(run: Run, campaign: Campaign) -> float | None:
+    """Return how far the torque of the stated controller is from the recorded one.
+
+    Parameters
+    ----------
+    run
+        Run of one joint with a stated controller.
+    campaign
+        As it was read.
+
+    Returns
+    -------
+    float or None
+        RMS of stated − recorded over that of the recorded torque [1], over the rows in which neither is saturated and
+        the motor is held; None where no torque was recorded beside the controller.
+    """
+    drive = campaign.drives.get(run.free_joints[0])
+    if len(run.free_joints) > 1 or drive is None or drive.controller is None or drive.kind != "torque":
+        return None
+    recorded = _recorded(run, drive, campaign)
+    if recorded is None or not np.isfinite(recorded).all():
+        return None
+    below = np.abs(recorded) < (1.0 - THRESHOLDS.margin_of_saturation) * np.abs(recorded).max()
+    differences = []
+    for smoothed in (False, True):
+        stated, rows = _stated(run, drive, smoothed=smoothed)
+        rows = rows & below
+        size = rms(recorded[rows]) if rows.any() else 0.0
+        differences.append(rms((stated - recorded)[rows]) / size if size > 0.0 else 0.0)
+    return min(differences)
 
 
 def _with_recorded_torque(run: Run, campaign: Campaign) -> Run:

@@ -98,6 +98,22 @@ def wrong_signs(runs: Sequence[Run]) -> dict[str, str]:
     return found
 
 
+def share_left(runs: Sequence[Run]) -> float:
+    """Return the share of the torque's energy that inertia, friction, gravity and a spring leave unexplained.
+
+    Parameters
+    ----------
+    runs
+        Runs of one joint at one posture, each long enough to be smoothed.
+
+    Returns
+    -------
+    float
+        Mean over the runs [1], by one least-squares fit of all of them.
+    """
+    return _fit([_rows(run) for run in runs], [1.0] * len(runs)).squares / len(runs)
+
+
 def _is_long(run: Run) -> bool:
     return run.t.size >= THRESHOLDS.least_differences_of_noise
 

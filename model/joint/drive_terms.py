@@ -32,6 +32,8 @@ REFERENCE, SUPPLY, ENABLED, GAIN = "reference", "supply", "enabled", "controller
 """Ids of the inputs beside the command."""
 LIMIT, DERIVATIVE_GAIN, INTEGRAL_GAIN = "controller_limit", "controller_derivative_gain", "controller_integral_gain"
 """Ids of the controller's parameters, which are known."""
+DRIVE_PARAMETERS = frozenset({*(row.id for row in DRIVE_TABLE), LIMIT, DERIVATIVE_GAIN, INTEGRAL_GAIN})
+"""Ids of all parameters that a drive and its controller may have."""
 INTEGRAL = "controller_integral"
 """Id of the state of a controller with an integral term."""
 COMMAND_UNITS = {"torque": "N m", "current": "A", "voltage": "V", "duty": "1"}

@@ -229,6 +229,14 @@ def gap_rows(
     return shown, rows
 
 
+def _tell_merged_rows(finding: Finding) -> list[str]:
+    """Say how many rows of the recording each row of the search stands for; nothing where it is one."""
+    every = finding.search.study.rows_merged
+    if every == 1:
+        return []
+    return [f"Searched with one row in the place of {every}: no reading that was kept shows the difference."]
+
+
 def _gaps(finding: Finding) -> Table:
     closed = {name: gap.closed_beside_scatter for name, gap in finding.gaps.items()}
     shares = {name: "–" if share is None else f"{100 * share:.1f} %" for name, share in closed.items()}
@@ -387,7 +395,8 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     best, tried = finding.search.base.reached, len(finding.search.base.costs)
     footer = [
         f"{best} of {tried} starts reached the base model's best minimum; "
-        f"{finding.search.simulations} runs simulated in the search's fits; {finding.wall_s:.0f} s in all."
+        f"{finding.search.simulations} runs simulated in the search's fits; {finding.wall_s:.0f} s in all.",
+        *_tell_merged_rows(finding),
     ]
     return Page(
         title=f"{finding.search.study.title}: {title}",

@@ -41,7 +41,7 @@ def campaign(folder: Path, tables: str, **columns: np.ndarray) -> Path:
 
 def test_gains_in_amperes_without_a_drive_are_told_once_with_the_drive_to_state(tmp_path: Path) -> None:
     read = campaign_for_command(campaign(tmp_path, CONSTANT + AMPERE, current_0_A=COMMAND))
-    (remark,) = [one for one in read.remarks if "controller" in one]
+    (remark,) = [one for one in read.remarks if "are its gains" in one]
     assert remark.startswith("a.csv, joint 0: the stated controller gives 12.5 times the recorded torque, which")
     assert "are its gains in A/rad?" in remark
     assert ": 1/torque_constant_Nm_per_A; are its" in remark
@@ -92,3 +92,53 @@ def test_a_controller_of_another_size_or_of_other_runs_is_told(tmp_path: Path) -
     other = 0.3 * np.cos(7 * T)
     told = find_other_controllers(read_campaign(campaign(tmp_path, AMPERE, torque_0_Nm=other)))
     assert "is not the one of these runs: the recorded torque does not follow it" in told["a.csv", 0]
+
+
+def moved(share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return position, speed of the loop and torque; ``share`` of a new speed counts at once.
+
+    The joint has 0.02 kg m², 0.05 N m s/rad and 0.1 N m of dry friction; the loop runs once a row, the joint ten times.
+    """
+    q = v = speed = 0.0
+    before, position, speeds, torque = 0.0, np.zeros_like(T), np.zeros_like(T), np.zeros_like(T)
+    dt = (T[1] - T[0]) / 10
+    for k, wanted in enumerate(REFERENCE):
+        reading = round(q / STEP) * STEP
+        speed += share * ((reading - before) / (10 * dt) - speed)
+        before = reading
+        u = 25.0 * (wanted - reading) - 0.35 * speed
+        position[k], speeds[k], torque[k] = reading, speed, u
+        for _ in range(10):
+            v += dt * (u - 0.05 * v - 0.1 * np.tanh(v / 0.02)) / 0.02
+            q += dt * v
+    return position, speeds, torque
+
+
+LAW = LOOP.format(gain=25.0, damping=0.35, limit=50.0)
+
+
+def test_the_recorded_torque_takes_the_place_of_a_law_that_did_not_make_it(tmp_path: Path) -> None:
+    position, _, torque = moved(share=0.1)
+    read = campaign_for_command(campaign(tmp_path, LAW, position_0_rad=position, torque_0_Nm=torque))
+    assert read.drives == {}
+    (run, *_) = read.runs_of((0,), "fit")
+    assert run.drive_inputs == {}
+    assert run.u[:, 0] == pytest.approx(torque)
+    (remark,) = [one for one in read.remarks if "recorded torque is used" in one]
+    assert remark.startswith("joint 0: the torque of the stated controller is ")
+
+
+def test_a_law_that_made_the_torque_stays(tmp_path: Path) -> None:
+    position, speed, torque = moved(share=1.0)
+    columns = {"position_0_rad": position, "velocity_0_rad_s": speed, "torque_0_Nm": torque}
+    read = campaign_for_command(campaign(tmp_path, LAW, **columns))
+    assert 0 in read.drives
+    assert not [one for one in read.remarks if "recorded torque" in one]
+
+
+def test_a_noisy_reading_of_the_torque_does_not_take_the_place_of_the_law(tmp_path: Path) -> None:
+    position, _, torque = moved(share=1.0)
+    noisy = torque + 2.0 * np.std(torque) * np.random.default_rng(0).standard_normal(T.size)
+    assert 0 in campaign_for_command(campaign(tmp_path, LAW, position_0_rad=position, torque_0_Nm=noisy)).drives
+    (tmp_path / "none").mkdir()
+    assert 0 in campaign_for_command(campaign(tmp_path / "none", LAW, position_0_rad=position)).drives

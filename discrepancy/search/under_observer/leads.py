@@ -275,7 +275,7 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
 
     def begin(score: Score) -> Lead:
         effects = (*before.effects, s.entries[score.key])
-        values = before.fit.values | start_values(effects[-1], score.point, score.amplitude)
+        values = _near_start(s, at, before, effects, score)
         return fit_lead(s, at.study, effects, values, at.gains, THRESHOLDS.search.simulations_of_a_try_under_observer)
 
     def refit(begun: Lead) -> Lead:
@@ -285,6 +285,26 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
     tried = s.map_all("effects under the observer, first tries", begin, best)
     made = s.map_all("effects under the observer", refit, list(_promising(s, tried, best)))
     return sorted(made, key=lambda lead: lead.cost)
+
+
+def _near_start(
+    s: Searcher, at: UnderObserver, before: Lead, effects: tuple[Effect, ...], score: Score
+) -> Mapping[str, float]:
+    """Return start values of a model with one effect more, from the shape and the size that leave least.
+
+    The linear estimate of a large effect may be several times too large: a spring that bends the wrong way lets the
+    simulation diverge, and a brief fit does not come back from there. Nor need the shape that scores best at small
+    sizes be that of a large effect.
+    """
+    shapes = [(score.point, score.amplitude), *((point, amplitude) for point, _, amplitude in score.others)]
+    starts = [
+        before.fit.values | start_values(effects[-1], point, [share * factor for factor in amplitude])
+        for point, amplitude in shapes
+        for share in THRESHOLDS.search.shares_of_linear_amplitude
+    ]
+    costs = [start_holding_last_shape(at.study, effects, start).cost_under(at.start.fit.gain) for start in starts]
+    s.simulations += len(starts) * len(at.study.fitted)
+    return starts[costs.index(min(costs))]
 
 
 def _without_unneeded(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:

@@ -65,3 +65,12 @@ def test_a_doubted_name_stays_only_where_predictions_gain_clearly(
     assert tuple(e.key for e in final.effects) == left
     # What is told of the names is what they were judged by.
     assert stability == compute_stability(final, seed=3)
+
+
+def test_names_that_leave_more_of_the_held_out_torque_than_none_leave_the_model(monkeypatch: pytest.MonkeyPatch):
+    model = fit_cogging(0.02)
+    base = fit_model(model.study)
+    assert eliminate(model.study, model, base)[0].effects
+    # As if every model with effects left more than the nominal one.
+    monkeypatch.setattr("haptid.discrepancy.torque_search.search.rms", lambda _: 1.0)
+    assert eliminate(model.study, model, base)[0].effects == ()
