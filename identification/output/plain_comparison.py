@@ -209,7 +209,9 @@ def tell_delay(step: Step) -> str | None:
 
 
 def _percentages(figures: list[Figures]) -> str:
-    shares = column_rms([one.torque_error for one in figures])
+    # A free swing has no torque that an error is a share of.
+    known = [one.torque_error for one in figures if np.isfinite(one.torque_error).all()]
+    shares = column_rms(known or [one.torque_error for one in figures])
     return "/".join(plain(100 * share) if np.isfinite(share) else "-" for share in shares) + " %"
 
 

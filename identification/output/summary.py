@@ -184,8 +184,8 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
     runs = verification.get("runs", [])
     if runs:
         told.append(
-            "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the spread of the "
-            "parameters explain:"
+            "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the uncertainty "
+            "of the parameters explain, up to about 1 where they explain it:"
         )
         rows = []
         for run in runs:

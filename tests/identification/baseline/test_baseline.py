@@ -170,6 +170,12 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     told = tell_comparison(step)
     assert f"torque error {plain(errors['model'])} % (plain model {plain(errors['baseline'])} %)" in told
     assert told.endswith("on unseen runs")
+    # A free swing beside it has no torque that an error is a share of.
+    (at,) = [key for key in made.compared.figures if key[1] == "validate"]
+    swing = {name: replace(one, torque_error=np.array([np.nan])) for name, one in unseen.items()}
+    also = replace(made.compared, figures={**made.compared.figures, ("swing.csv", "validate"): swing})
+    assert at[0] != "swing.csv"
+    assert tell_comparison(replace(step, compared=also)) == told
     summary = text_of(tell_summary([step], {}))
     assert f"joint 0: {told}" in summary
     (inertia,) = [line.split() for line in summary.splitlines() if line.startswith("inertia ")]
