@@ -231,6 +231,12 @@ def test_terminal_and_files_say_the_same_word_of_the_chains_at_the_head():
     assert lines[1].startswith("  too short: ")
     assert "not settled" in lines[-1]
     assert text_of(tell_posterior(POSTERIOR)).splitlines()[1] == "  Verdict on inertia."
+    doubted = text_of(tell_posterior(replace(POSTERIOR, doubts=("The model misfits.",)))).splitlines()
+    assert doubted[1:4] == [
+        "  do not use these intervals yet: The model misfits.",
+        "  what follows holds within this model, not for the joint:",
+        "  Verdict on inertia.",
+    ]
 
 
 def test_a_parameter_at_a_bound_has_a_limit_in_place_of_a_width():

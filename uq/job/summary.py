@@ -20,9 +20,9 @@ def tell_posterior(posterior: Posterior) -> Told:
     Returns
     -------
     list
-        A line for the joint, one for each doubt, one on chains that are not sound, one on chains that
-        --quick shortened, a table with a row a parameter (a
-        sentence each in plain text), a line on the sampler.
+        A line for the joint, one for each doubt, one on chains that are not sound, one on chains that --quick
+        shortened, one that the intervals are those of the model alone where there is a doubt, a table with a row a
+        parameter (a sentence each in plain text), a line on the sampler.
     """
     sample = posterior.sample
     rows = []
@@ -35,6 +35,7 @@ def tell_posterior(posterior: Posterior) -> Told:
         *(f"  do not use these intervals yet: {doubt}" for doubt in posterior.doubts),
         *tell_state(posterior.state),
         *([f"  shortened: {posterior.shortened}"] if posterior.shortened else []),
+        *(["  what follows holds within this model, not for the joint:"] if posterior.doubts else []),
         Table(header=HEADER, rows=rows, plain="\n".join(f"  {p.verdict}" for p in posterior.parameters)),
         f"  sampler: τ {sample.tau.max():.1f} steps ({known}), R̂ {posterior.worst_rhat:.3f}, "
         f"ESS {min(p.diagnostics.ess_bulk for p in posterior.parameters):.0f}, {posterior.wall_s:.0f} s",
