@@ -8,8 +8,10 @@ from haptid.discrepancy.candidate.candidate import score_candidate
 from haptid.discrepancy.candidate.refit import settle
 from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.inner_step import at_needed_step, step_for
+from haptid.discrepancy.detect.rigid_residual import residual_over_position
 from haptid.discrepancy.detect.score_tests import Scan, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
+from haptid.discrepancy.detect.waves import with_waves
 from haptid.discrepancy.fit.nominal_fit import Base, at_own_step, fit_base, with_stiffer_presliding
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.trials.judging import judge_candidate, judge_on_other_path
@@ -87,9 +89,12 @@ def score_catalogue(study: Study, plain: Solution, tell: Progress) -> tuple[dict
     Returns
     -------
     entries, found, scan
-        Catalogue effects in SI units by key, their signatures at the nominal model, and their scores.
+        Catalogue effects in SI units by key, their signatures at the nominal model, and their scores. The grids of
+        waves over position hold those that stand out of the torque along the measured motion.
     """
     entries = study.in_si(plain.values)
+    if study.alone:  # of several joints the torque of each holds the others' motion
+        entries = with_waves(entries, lambda: residual_over_position(study.fitted))
     effects = list(entries.values())
 
     def count(done: int) -> None:

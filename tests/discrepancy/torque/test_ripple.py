@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from haptid.discrepancy.detect.waves import find_waves
 from haptid.discrepancy.study.study import usable
 from haptid.discrepancy.torque.fit import fit_model
-from haptid.discrepancy.torque_search.ripple import find_waves
 from haptid.discrepancy.torque_search.search import search_torque
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import law_named
