@@ -63,7 +63,7 @@ def test_a_joint_without_ripple_has_the_grids_of_the_catalogue(tmp_path: Path) -
     assert with_waves(entries, lambda: residual_over_position(study.fitted)) == entries
 
 
-def test_nothing_is_asked_where_no_effect_has_waves_and_few_rows_show_none(tmp_path: Path) -> None:
+def test_nothing_is_asked_where_no_effect_has_waves_and_few_rows_show_none() -> None:
     entries = {"cubic_spring": catalogue()["cubic_spring"]}
 
     def refuse() -> tuple[np.ndarray, np.ndarray]:
