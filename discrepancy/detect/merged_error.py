@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.discrepancy.detect.inner_step import off_tangent_space
+from haptid.discrepancy.detect.inner_step import at_step, off_tangent_space
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -50,8 +50,16 @@ def merging_error(whole: Study, few: Study, solution: Solution) -> float:
     float
         ‖P·(y_all − y_merged)/σ‖² at the rows that both have, with P off the tangent space of nominal parameters and
         initial states: what merging adds to the χ² of the residual whatever the data.
+
+    Notes
+    -----
+    Both are simulated at a small part of the rows' spacing. At the inner step of the search the rows that are close
+    would be integrated at shorter steps than those that are far apart, and the error of that step, which is judged
+    elsewhere (`detect.inner_step`), would pass for one of merging.
     """
-    simulator = few.factory(solution.equations)
+    spacing = min(float(np.median(np.diff(run.t))) for run in whole.fitted)
+    step = min(few.factory.step, spacing / THRESHOLDS.detect.row_divisor_of_merging)
+    simulator = at_step(few, step).factory(solution.equations)
     changes = []
     for run, merged, x0, whiten in zip(whole.fitted, few.fitted, solution.x0, solution.problem.whiteners, strict=True):
         every_row = simulator.simulate(solution.theta, run, x0=x0).y[:: few.rows_merged]
