@@ -57,7 +57,8 @@ SCORES = (
 SCAN = Scan(scores=SCORES, tests=57.0, detectable=(Detectable(key="cogging", parameter="a", size=3.6e-4, unit="N m"),))
 SEARCH = Search(
     study=SimpleNamespace(
-        title="Joint 4", name="joint4", fitted=(known_run("a.csv"),), unseen=(known_run("b.csv", "validate"),)
+        title="Joint 4", name="joint4", fitted=(known_run("a.csv"),), unseen=(known_run("b.csv", "validate"),),
+        rows_merged=1,
     ),
     base=Base(solution=PLAIN.solution, costs=(1.0, 1.1, 1.2, 1.3, 1.4), reached=3, calls=9),
     plain=PLAIN, scan=SCAN, trials=(BACKLASH, COGGING, VARYING, PLAIN), best=COGGING, simulations=823,
@@ -347,6 +348,12 @@ def test_the_effort_is_told(page):
     assert page.paragraphs[-1] == (
         "3 of 5 starts reached the base model's best minimum; 823 runs simulated in the search's fits; 38 s in all."
     )
+
+
+def test_merged_rows_are_told():
+    study = SimpleNamespace(**{**vars(SEARCH.study), "rows_merged": 5})
+    page = page_of(replace(FINDING, search=replace(SEARCH, study=study)))
+    assert page.paragraphs[-1].startswith("Searched with one row in the place of 5: ")
 
 
 def lines(axis) -> dict[str, list[float]]:
