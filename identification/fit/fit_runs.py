@@ -214,7 +214,7 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
     # A position at the noise is the stricter test, and settles it; a torque at its noise may still predict worse.
     settled = quiet(best.fit, options) and not best.torque_scored
     # The plain model of a motor stands on the torque constant that the fit found, and cannot replace that fit.
-    known_torque = drive is None or drive.kind == "torque"
+    known_torque = drive is None or drive.commands_torque
     if best.compared.plain_is_better and not settled and known_torque:
         made = plain_fit(test.simulator(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)

@@ -261,12 +261,14 @@ def tell_result(step: Step) -> str:
         return "The fit is the result: what it leaves is the sensor's noise."
     if not np.isfinite(compared.badness("model", "validate")):
         return "The fit is the result: neither model could be judged on runs that no fit saw."
-    return f"The fit is the result: {_tell_of_unseen(compared, driven=step.fit.equations.drive is not None)}."
+    drive = step.fit.equations.drive
+    by_motor = drive is not None and not drive.commands_torque
+    return f"The fit is the result: {_tell_of_unseen(compared, by_motor=by_motor)}."
 
 
-def _tell_of_unseen(compared: Compared, *, driven: bool) -> str:
+def _tell_of_unseen(compared: Compared, *, by_motor: bool) -> str:
     """Say what the runs that no fit saw tell of both models, where the fit is the result."""
-    if compared.plain_is_better and driven:
+    if compared.plain_is_better and by_motor:
         return (
             "the plain model predicts torque and one second of motion of the runs that no fit saw better, but stands "
             "on the torque that this fit gives the drive, so that it cannot replace it"

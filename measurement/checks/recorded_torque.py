@@ -31,9 +31,7 @@ def with_torques_that_were(campaign: Campaign) -> Campaign:
         torque and they have no drive. A remark names each of them.
     """
     recorded = with_recorded_torques(campaign)
-    for joint, drive in campaign.drives.items():
-        if drive.controller is None or drive.kind != "torque":
-            continue
+    for joint in campaign.drives:
         differences = [difference_from_recorded(run, campaign) for run in campaign.runs_of((joint,))]
         known = [one for one in differences if one is not None]
         if not known or len(known) < len(differences):
@@ -45,11 +43,17 @@ def with_torques_that_were(campaign: Campaign) -> Campaign:
 
 
 def _is_noisier(campaign: Campaign, recorded: Campaign, joint: int) -> bool:
-    """Say whether a rigid body explains the stated controller's torque far better than the recorded one."""
-    theirs, ours = (
-        share_left([run for run in one.runs_of((joint,), "fit") if run.t.size >= THRESHOLDS.least_differences_of_noise])
-        for one in (recorded, campaign)
+    """Say whether a rigid body explains the stated controller's torque far better than the recorded one.
+
+    True also where no fitted run is long enough to tell: then the stated law stays.
+    """
+    of_law, of_record = (
+        [run for run in one.runs_of((joint,), "fit") if run.t.size >= THRESHOLDS.least_differences_of_noise]
+        for one in (campaign, recorded)
     )
+    if not of_law:
+        return True
+    theirs, ours = share_left(of_record), share_left(of_law)
     return theirs > THRESHOLDS.least_share_left_by_noisy_torque * ours
 
 

@@ -111,12 +111,10 @@ def difference_from_recorded(run: Run, campaign: Campaign) -> float | None:
         RMS of stated − recorded over that of the recorded torque [1], over the rows in which neither is saturated and
         the motor is held; None where no torque was recorded beside the controller.
     """
-    drive = campaign.drives.get(run.free_joints[0])
-    if len(run.free_joints) > 1 or drive is None or drive.controller is None or drive.kind != "torque":
+    recorded = _recorded_torque(run, campaign)
+    if recorded is None:
         return None
-    recorded = _recorded(run, drive, campaign)
-    if recorded is None or not np.isfinite(recorded).all():
-        return None
+    drive = campaign.drives[run.free_joints[0]]
     below = np.abs(recorded) < (1.0 - THRESHOLDS.margin_of_saturation) * np.abs(recorded).max()
     differences = []
     for smoothed in (False, True):
@@ -128,13 +126,17 @@ def difference_from_recorded(run: Run, campaign: Campaign) -> float | None:
 
 
 def _with_recorded_torque(run: Run, campaign: Campaign) -> Run:
+    recorded = _recorded_torque(run, campaign)
+    return run if recorded is None else run.but(u=(recorded * run.drive_inputs[ENABLED])[:, None])
+
+
+def _recorded_torque(run: Run, campaign: Campaign) -> Array | None:
+    """Return the torque that was recorded beside a controller whose command it is; None where there is none."""
     drive = campaign.drives.get(run.free_joints[0])
-    if len(run.free_joints) > 1 or drive is None or drive.controller is None or drive.kind != "torque":
-        return run
+    if len(run.free_joints) > 1 or drive is None or drive.controller is None or not drive.commands_torque:
+        return None
     recorded = _recorded(run, drive, campaign)
-    if recorded is None or not np.isfinite(recorded).all():
-        return run
-    return run.but(u=(recorded * run.drive_inputs[ENABLED])[:, None])
+    return recorded if recorded is not None and np.isfinite(recorded).all() else None
 
 
 def _recorded(run: Run, drive: Drive, campaign: Campaign) -> Array | None:

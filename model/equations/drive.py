@@ -56,3 +56,8 @@ class Drive:
     def is_closed(self) -> bool:
         """Whether the runs are simulated through the controller."""
         return self.controller is not None
+
+    @property
+    def commands_torque(self) -> bool:
+        """Whether the command is the torque itself: no parameter of a motor stands between them."""
+        return self.kind == "torque"

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.recorded_torque import with_torques_that_were
 from haptid.measurement.checks.summary import summarise
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.remarks.stated_controller import find_other_controllers
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.support.errors import LONGEST
 
 T = np.arange(0.0, 4.0, 0.002)
@@ -142,3 +144,18 @@ def test_a_noisy_reading_of_the_torque_does_not_take_the_place_of_the_law(tmp_pa
     assert 0 in campaign_for_command(campaign(tmp_path, LAW, position_0_rad=position, torque_0_Nm=noisy)).drives
     (tmp_path / "none").mkdir()
     assert 0 in campaign_for_command(campaign(tmp_path / "none", LAW, position_0_rad=position)).drives
+
+
+def test_runs_too_short_to_tell_keep_the_stated_law(tmp_path: Path) -> None:
+    position, _, torque = moved(share=0.1)
+    read = read_campaign(campaign(tmp_path, LAW, position_0_rad=position, torque_0_Nm=torque))
+    assert with_torques_that_were(read).drives == {}
+
+    def cut(run):
+        rows = slice(0, THRESHOLDS.least_differences_of_noise - 1)
+        columns = {name: column[rows] for name, column in run.extra.items()}
+        inputs = {name: column[rows] for name, column in run.drive_inputs.items()}
+        return run.but(t=run.t[rows], u=run.u[rows], y=run.y[rows], extra=columns, drive_inputs=inputs)
+
+    short = read.but(runs=tuple(cut(run) for run in read.runs))
+    assert 0 in with_torques_that_were(short).drives

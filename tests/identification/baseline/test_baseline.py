@@ -26,6 +26,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
 from haptid.measurement.values.run import Run
+from haptid.model.equations.drive import Controller, Drive
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.numbers import plain
 from haptid.support.tables import text_of
@@ -191,11 +192,15 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     assert fixed[2] == "-"
     assert "inertia " not in text_of(tell_summary([step, step], {}))
     assert tell_result(step).startswith("The plain model is the result")
-    drive = object()  # any drive: its torque is that of the fit, so that the plain model cannot take its place
-    driven = made.fit.but(outcome=Outcome.ABOVE_NOISE, equations=replace(made.fit.equations, drive=drive))  # type: ignore[arg-type]
+    drive = Drive(kind="voltage")  # its torque is that of the fit, so that the plain model cannot take its place
+    driven = made.fit.but(outcome=Outcome.ABOVE_NOISE, equations=replace(made.fit.equations, drive=drive))
     told = tell_result(replace(step, fit=driven))
     assert "cannot replace it" in told
     assert "sensor's noise" not in told
+    # The torque of a controller whose command it is hangs on no fit: at the noise, the fit stays for its noise.
+    loop = Drive(kind="torque", controller=Controller(kind="p", gain=1.0, limit=1.0))
+    closed = made.fit.but(outcome=Outcome.ABOVE_NOISE, equations=replace(made.fit.equations, drive=loop))
+    assert "cannot replace it" not in tell_result(replace(step, fit=closed))
     prediction = predict_unseen(made.compared)
     for name, figures in unseen.items():
         error = prediction.position - prediction.simulated[name]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,8 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import configurations_of, order_of
+from haptid.identification.sequence.result_json import _replaced_json
+from haptid.identification.sequence.sequence import joint_values
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
@@ -145,3 +149,20 @@ def test_draws_are_physical_and_spread_like_the_belief():
     moving = spread > 0
     ratio = drawn.std(axis=0)[moving] / spread[moving]
     assert 0.7 < np.median(ratio) < 1.2
+
+
+def test_drive_and_controller_are_no_parameters_of_the_whole_device():
+    single = {"inertia": 1.0, "Fc": 0.1, "torque_constant": 0.5, "resistance_ohm": 2.0}
+    loop = {"controller_limit": 3.0, "controller_derivative_gain": 0.2, "controller_integral_gain": 0.1}
+    assert joint_values((1,), single | loop) == {"Fc_1": 0.1}
+
+
+def test_a_replaced_fit_keeps_the_drive_beside_the_parameters_that_were_compared():
+    # Both models are compared on torques; a fit that is read again needs what makes them, too.
+    rows = [SimpleNamespace(id=id) for id in ("inertia", "Fc")]
+    model = SimpleNamespace(
+        simulator=SimpleNamespace(equations=SimpleNamespace(parameters=rows)), theta=np.array([2.0, 0.3])
+    )
+    fit = SimpleNamespace(outcome=Outcome.PLAIN, values={"inertia": 1.0, "Fc": 0.1, "controller_limit": 3.0})
+    step = SimpleNamespace(fit=fit, compared=SimpleNamespace(models={"model": model}))
+    assert _replaced_json(step) == {"replaced": {"inertia": 2.0, "Fc": 0.3, "controller_limit": 3.0}}
