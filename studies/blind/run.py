@@ -68,7 +68,7 @@ WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
     "--settle/--no-settle", default=True, show_default=True, help="Make the proposed runs of ambiguous cases."
 )
 @click.option("--minutes", type=float, default=None, help="Begin no case later than this; score what was finished.")
-@click.option("--limit", type=float, default=1800.0, show_default=True, help="Longest time for one case [s].")
+@click.option("--limit", type=float, default=1800.0, show_default=True, help="Longest processor time for one case [s].")
 @click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 @click.option(

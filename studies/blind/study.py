@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import signal
 import subprocess
@@ -32,6 +33,8 @@ EVERY = 0.5
 """Time [s] between two looks at how many cases are made."""
 STOPPED = (INTERRUPTED, TERMINATED, -signal.SIGINT, -signal.SIGTERM)
 """Exit codes of a workflow that somebody stopped."""
+LONGEST_WAIT = 4.0
+"""Longest duration of a workflow, as a multiple of its longest processor time: one that hangs takes none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,6 +235,24 @@ def has_result_of(job: Job, stamp: str) -> bool:
     return done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp
 
 
+def limited(command: Sequence[str], seconds: float) -> list[str]:
+    """Let the system end a command after some processor time, which hardly depends on what else a machine does.
+
+    Parameters
+    ----------
+    command
+        Program and arguments.
+    seconds
+        Processor time of all its threads [s]; the system counts whole seconds.
+
+    Returns
+    -------
+    list of str
+        Program and arguments, for a POSIX shell; the command ends by SIGXCPU.
+    """
+    return ["sh", "-c", f'ulimit -S -t {math.ceil(seconds)}; exec "$@"', "sh", *command]
+
+
 def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, threads: int) -> None:
     """Run the workflow on one campaign, in place of any result that is there.
 
@@ -246,7 +267,7 @@ def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, thr
     seed
         Seed of the workflow.
     limit
-        Longest duration [s].
+        Longest processor time [s].
     stamp
         Digest of the code, kept beside the result.
     threads
@@ -258,12 +279,16 @@ def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, thr
     began, reason = time.perf_counter(), ""
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     try:
-        code, said = running.run(job.command(seed, threads), cwd=ROOT, env=environment, limit=limit)
+        command = limited(job.command(seed, threads), limit)
+        code, said = running.run(command, cwd=ROOT, env=environment, limit=LONGEST_WAIT * limit)
         if code in STOPPED:
             return
-        reason = "" if code == 0 else f"exit code {code}: {last_line(said)}"
+        if code == -signal.SIGXCPU:
+            reason = f"not finished within {limit:g} s of processor time"
+        else:
+            reason = "" if code == 0 else f"exit code {code}: {last_line(said)}"
     except subprocess.TimeoutExpired:
-        reason = f"not finished within {limit:g} s"
+        reason = f"not finished within {LONGEST_WAIT * limit:g} s"
     if reason or job.result() is None:
         write_json(job.out / FAILED, {"reason": reason or "no result was written"})
     write_json(done, {"code": stamp, "command_wall_s": time.perf_counter() - began})
@@ -283,7 +308,7 @@ def work_all(
     workers
         Number of jobs that run at the same time; they share the threads of this machine.
     limit
-        Longest duration of a job [s].
+        Longest processor time of a job [s].
     until
         Time after which no job is begun [s], by `time.monotonic`.
     tell

@@ -52,6 +52,7 @@ LINES = {
     "writes": WRITE,
     "raises": "raise SystemExit('error: no start converged')",
     "hangs": "import time; time.sleep(60)",
+    "turns": "while True: pass",
     "silent": "pass",
     "stopped": "raise SystemExit(130)",
     "ended": "import os, signal; os.kill(os.getpid(), signal.SIGTERM)",
@@ -102,7 +103,8 @@ def test_finished_cases_are_kept_until_the_code_changes(tmp_path, monkeypatch):
     ("case", "reason"),
     [
         ("raises", "exit code 1: error: no start converged"),
-        ("hangs", "not finished within 1 s"),
+        ("hangs", "not finished within 4 s"),
+        ("turns", "not finished within 1 s of processor time"),
         ("silent", "no result"),
     ],
 )
