@@ -34,6 +34,8 @@ LEAST_CURVATURE_RATIO = 1e-10
 """Ratio of the smallest to the largest curvature of a likelihood below which it has no clear maximum."""
 LEAST_NORM_OF_NEW_COLUMN = 1e-6
 """Smallest norm of a unit column's part outside the columns before it from which the column counts as independent."""
+LINES_OF_BAND = 60
+"""Lines of all runs whose mean power tells whether a filter has removed the noise: of noise it varies by 0.13."""
 LEAST_SPECTRUM = float(np.exp(1.0 - THRESHOLDS.largest_periodogram_over_spectrum))
 """Power over that of the stated noise below which a spectrum is refused.
 
@@ -191,6 +193,8 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
     least = THRESHOLDS.least_share_of_power_left
     angle = np.concatenate([angle[left > least] for angle, _, left in each])
     power = np.concatenate([(power / np.maximum(left, least))[left > least] for _, power, left in each])
+    below = angle < _end_of_band(angle, power)
+    angle, power = angle[below], power[below]
     slowest = float(np.log(THRESHOLDS.longest_correlation_time_s / spacing))
 
     def deviance(p: Array) -> float:
@@ -214,6 +218,18 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
         return Colour()
     p = np.asarray(best.x)
     return replace(to_arma(p), freedom=_freedom(p, deviance))
+
+
+def _end_of_band(angle: Array, power: Array) -> float:
+    """Return the frequency [rad per row] above which a filter has emptied the readings; π where none has.
+
+    Readings that were smoothed before they were recorded hold next to no noise above some frequency. White noise plus
+    AR(1) follows no such edge: many empty lines would pull its spectrum below the noise where the motion is.
+    """
+    order = np.argsort(angle)
+    whole = order[: order.size // LINES_OF_BAND * LINES_OF_BAND].reshape(-1, LINES_OF_BAND)
+    empty = np.flatnonzero(power[whole].mean(axis=1) < THRESHOLDS.least_power_of_full_band)
+    return float(angle[whole[empty[0], 0]]) if empty.size and empty[0] > 0 else float(np.pi)
 
 
 def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:

@@ -18,6 +18,10 @@ class Thresholds:
     """Smallest share of a frequency's power that the regression may leave for the frequency to enter the fit [1]."""
     largest_periodogram_over_spectrum: float = 8.0
     """Largest ratio of periodogram to spectrum in the likelihood [1]; a higher line counts as this much."""
+    least_power_of_full_band: float = 0.25
+    """Mean power over that of the stated noise below which a band of frequency, and all above it, take no part in the
+    fit of a spectrum [1]: a filter has taken the noise out. A moving average has zeros there, and a stated noise twice
+    too large leaves as little."""
     least_freedom_of_spectrum: float = 10.0
     """Lower bound of a spectrum's degrees of freedom, and their number where the likelihood has no clear maximum [1].
 

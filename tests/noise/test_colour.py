@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 
 from haptid.discrepancy.detect.chi_squared import log_tail
@@ -13,15 +14,19 @@ from haptid.noise.thresholds import THRESHOLDS
 T = np.arange(1601) * 0.01
 OMEGAS = (0.6, 1.1, 1.7, 2.2)
 PHI, STD = 0.9, 2e-4
+ANGLES = np.linspace(0.01, 0.2, 20)  # up to 20 rad/s
 
 
-def noisy(rng: np.random.Generator, coloured: float, size: float = 1.0, rhythm: float = 0.0) -> Colour:
+def noisy(
+    rng: np.random.Generator, coloured: float, size: float = 1.0, rhythm: float = 0.0, averaged: int = 1
+) -> Colour:
     runs, rows = [], []
     for k, omega in enumerate(OMEGAS):
         start = rng.standard_normal() * PHI
         shocks = np.sqrt(1 - PHI**2) * rng.standard_normal(T.size)
         r = rng.standard_normal(T.size) + coloured * lfilter([1.0], [1.0, -PHI], shocks, zi=[start])[0]
         r += rhythm * np.sin(3.88 * T)
+        r = np.sqrt(averaged) * uniform_filter1d(r, averaged)  # the white part keeps its size
         y = 0.4 * np.cos(omega * T) + STD * r
         runs.append(
             Run(
@@ -46,6 +51,15 @@ def test_white_noise_is_called_white_and_known():
     colour = noisy(np.random.default_rng(3), 0.0)
     assert colour.white
     assert colour.freedom == np.inf
+
+
+@pytest.mark.parametrize("averaged", [3, 5, 7])
+@pytest.mark.parametrize("coloured", [0.0, 1.0, 2.0])
+def test_smoothed_readings_do_not_hide_the_noise_where_the_motion_is(averaged: int, coloured: float):
+    colour = noisy(np.random.default_rng(8), coloured, averaged=averaged)
+    power = averaged * (1.0 + coloured**2 * (1 - PHI**2) / np.abs(1 - PHI * np.exp(-1j * ANGLES)) ** 2)
+    ratio = colour.gain(ANGLES) ** 2 / power
+    assert 1 / 3 < ratio.min() < ratio.max() < 3.0  # AR(1) falls more slowly than a moving average
 
 
 @pytest.mark.parametrize(("coloured", "rhythm"), [(0.0, 0.9), (1.0, 2.5)])
