@@ -39,6 +39,16 @@ class Thresholds:
     """Least standard deviation that differences of the highest order leave, over that of order 4, from which on both
     are noise [1]: noise leaves 0.9 to 1.1 on the recorders seen, motion of ten rows a period and fewer up to 0.5."""
 
+    least_rows_of_noise_estimate: int = 100
+    """Fewest rows, each k-th of a run, from which noise behind a filter is read [1]: it is known to 10 %."""
+    least_rise_behind_filter: float = 1.6
+    """Rise of the differences from neighbouring rows to every second row from which the readings were low-pass filtered
+    [1]: behind an edge of second order it is 4 and more, behind one of first order, which is correlated noise, 1.41."""
+    largest_rise_of_noise: float = 1.35
+    """Rise from every k-th row to every 2k-th up to which both show the noise [1]."""
+    largest_noise_behind_filter_over_range: float = 0.01
+    """Share of the travel above which what rows far apart differ by is motion [1]."""
+
     # Tables: what is read of a file.
     least_rows_of_table: int = 8
     """Rows of the shortest table that is read [1]."""

@@ -3,7 +3,9 @@
 1. Divided differences of orders 3 to 8 remove the motion and keep the standard deviation of white noise (`contrasts`).
 2. A robust standard deviation of each order ignores stray readings (`robust_std`).
 3. The lowest order whose estimate is within 5 % of the smallest gives the noise (`estimate_noise`).
-4. Noise that a campaign leaves open is pooled per joint by the median over its runs (`campaign_with_noise`).
+4. Readings that a low-pass filter smoothed hold next to no noise from row to row; then rows farther apart give it
+   (`_behind_filter`).
+5. Noise that a campaign leaves open is pooled per joint by the median over its runs (`campaign_with_noise`).
 """
 
 from __future__ import annotations
@@ -176,17 +178,43 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0, averaged_rows: i
     the noise finite.
 
     Where the joint rests inside one encoder step for most of the run, the step hides the noise and the estimate
-    is near 0: √(σ² + h²/12) is then h/√12. Noise of a filtered reading is not white and comes out too small; that of an
-    average over rows is corrected by `share_kept_of_average`.
+    is near 0: √(σ² + h²/12) is then h/√12. The noise of an average over rows is corrected by `share_kept_of_average`;
+    behind a low-pass filter, every k-th row is looked at until s stays the same from k to 2k.
     """
+    noise = _from_differences(t, y, averaged_rows)
+    if averaged_rows <= 1:
+        noise = _behind_filter(t, y, noise)
+    least = LEAST_NOISE_OVER_RANGE * float(np.ptp(y)) + 1e-15
+    return float(np.sqrt(max(noise**2 - resolution**2 / 12.0, least**2)))
+
+
+def _from_differences(t: Array, y: Array, averaged_rows: int = 1) -> float:
+    """Return the robust standard deviation of the lowest order of differences that removes the motion."""
     orders = [order for order in DIFFERENCE_ORDERS if y.size > 2 * order]
     kept = np.array([share_kept_of_average(order, averaged_rows) for order in orders])
     estimates = np.array([robust_std(contrasts(t, y, order)) for order in orders]) / kept
-    least = float(estimates.min())
     # Higher orders remove more motion but average over fewer independent rows: the lowest sufficient one is used.
-    lowest = float(estimates[estimates <= 1.05 * least][0])
-    least = LEAST_NOISE_OVER_RANGE * float(np.ptp(y)) + 1e-15
-    return float(np.sqrt(max(lowest**2 - resolution**2 / 12.0, least**2)))
+    return float(estimates[estimates <= 1.05 * estimates.min()][0])
+
+
+def _behind_filter(t: Array, y: Array, noise: float) -> float:
+    """Return the noise of readings that a low-pass filter smoothed; ``noise`` as given where none shows.
+
+    Neighbouring rows behind a filter share their noise, so that their differences show the digits of the file at most.
+    Of every k-th row the differences grow with k until the rows are farther apart than the filter's memory; there they
+    show the noise. They grow again where the motion shows, by far more than noise that is merely correlated.
+    """
+    stride, before = 2, noise
+    while y.size // stride >= THRESHOLDS.least_rows_of_noise_estimate:
+        now = _from_differences(t[::stride], y[::stride])
+        if stride == 2 and now < THRESHOLDS.least_rise_behind_filter * before:
+            return noise
+        if now > THRESHOLDS.largest_noise_behind_filter_over_range * float(np.ptp(y)):
+            return noise
+        if now < THRESHOLDS.largest_rise_of_noise * before:
+            return before
+        stride, before = 2 * stride, now
+    return noise
 
 
 def with_noise(run: Run) -> Run:

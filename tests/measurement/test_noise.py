@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import butter, filtfilt, lfilter
 
 from haptid.measurement.signals.noise import campaign_with_noise, contrasts, estimate_noise, with_noise
 from haptid.measurement.signals.resolution import estimate_resolution
@@ -50,8 +51,29 @@ def test_encoder_step_is_not_counted_as_noise():
     assert found.sensor_std[0] == pytest.approx(np.hypot(2e-4, step / np.sqrt(12)), rel=0.1)
 
 
+SLOW = np.arange(8000) / 500.0
+
+
+@pytest.mark.parametrize("omega", [0.5, 2.3, 3.7])
+@pytest.mark.parametrize("edge_hz", [15.0, 25.0, 40.0])
+@pytest.mark.parametrize("smooth", [lfilter, filtfilt])
+def test_noise_behind_a_low_pass_filter_is_that_of_rows_farther_apart(smooth, edge_hz, omega):
+    noise = smooth(*butter(2, edge_hz / 250.0), 2e-4 * np.random.default_rng(5).standard_normal(SLOW.size))
+    y = 0.5 * np.cos(omega * SLOW) + noise
+    assert 0.5 < estimate_noise(SLOW, np.round(y, 9)) / noise.std() < 2.0
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.6, 0.9])
+def test_correlated_noise_is_none_behind_a_filter(pole):
+    noise = 2e-4 * lfilter([1.0], [1.0, -pole], np.random.default_rng(6).standard_normal(SLOW.size))
+    noise += 1e-5 * np.random.default_rng(7).standard_normal(SLOW.size)
+    estimate = estimate_noise(SLOW, 0.5 * np.cos(2.3 * SLOW) + noise)
+    assert estimate == pytest.approx(2e-4 / (1.0 + pole), rel=0.15)  # what neighbouring rows differ by
+
+
 def test_noise_free_motion_leaves_a_floor_above_zero():
     assert 0 < estimate_noise(T, np.sin(T)) < 1e-8
+    assert 0 < estimate_noise(T, np.sin(T) + 0.02 * np.sin(40 * T)) < 1e-5
 
 
 @settings(max_examples=60, deadline=None)
