@@ -452,5 +452,8 @@ def _nearest(found: Search, names: str) -> str:
         titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.entries)
         return f" It is of the kind of {names}, but not that: {titles} would follow it better."
     if found.best.varies:
-        return f" {names} would leave noise alone, but with other parameters in every run: it only stands in for it."
+        most = f" ({found.best.varying} differs most)" if found.best.varying else ""
+        return (
+            f" {names} would leave noise alone, but with other parameters in every run{most}: it only stands in for it."
+        )
     return f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if names else ""
