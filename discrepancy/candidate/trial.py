@@ -32,6 +32,8 @@ class Trial:
     constant_p
         p of the parameters being the same in all runs, held-out ones included; tested where no other test finds
         anything.
+    varying
+        Id of the parameter that differs most between the runs; empty where that was not tested.
     gain
         Decrease of the criterion from that of the model that it extends.
     held_out
@@ -55,6 +57,7 @@ class Trial:
     left: Omnibus
     left_p: float = np.nan
     constant_p: float = 1.0
+    varying: str = ""
     gain: float = 0.0
     held_out: float = 0.0
     fitted_gain: float = np.inf

@@ -209,14 +209,15 @@ class TorqueFinding:
         """Sentences on what is left, what could be closed, and what does not repeat."""
         gap, unit = self.gaps["validate"], unit_for("N m", [self.search.study.prismatic])
         closed, possible = self.shares
-        told = [
-            f"On held-out rows the torque's RMS error falls from {plain(gap.before, 3)} to {plain(gap.after, 3)} {unit}"
-        ]
-        if possible is not None:
-            told.append(
-                f"names close {100 * max(closed, 0.0):.0f} % of its energy, the best black box of position and speed "
-                f"{100 * max(possible, 0.0):.0f} %"
-            )
+        box = None if possible is None else f"{100 * max(possible, 0.0):.0f} %"
+        subject = "On held-out rows the torque's RMS error"
+        if self.search.final.effects:
+            told = [f"{subject} falls from {plain(gap.before, 3)} to {plain(gap.after, 3)} {unit}"]
+            names = f"names close {100 * max(closed, 0.0):.0f} % of its energy"
+            told += [] if box is None else [f"{names}, the best black box of position and speed {box}"]
+        else:
+            told = [f"{subject} is {plain(gap.before, 3)} {unit}; no name closes any of it"]
+            told += [] if box is None else [f"the best black box of position and speed closes {box} of its energy"]
         if self.floor is None:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:

@@ -63,10 +63,14 @@ def tell_finding(finding: AnyFinding, title: str, verdict: str) -> Told:
     if isinstance(finding, WholeFinding):
         return [told]
     gap, unit = finding.gaps["validate"], unit_for("N m", [finding.search.study.prismatic])
-    amounts = (plain(gap.before, 3), plain(gap.after, 3), plain(gap.noise, 3))
-    line = f"  held-out torque: RMS {amounts[0]} {unit} before, {amounts[1]} after, white noise {amounts[2]}"
-    header = (f"RMS [{unit}]", "before", "after", "white noise")
-    return [told, Table(header=header, rows=[("held-out torque", *amounts)], plain=line)]
+    before, after, noise = plain(gap.before, 3), plain(gap.after, 3), plain(gap.noise, 3)
+    line = f"  held-out torque: RMS {before} {unit}, white noise {noise}"
+    columns = {"error": before, "white noise": noise}
+    if finding.search.final.effects:
+        line = f"  held-out torque: RMS {before} {unit} before, {after} after, white noise {noise}"
+        columns = {"before": before, "after": after, "white noise": noise}
+    header = (f"RMS [{unit}]", *columns)
+    return [told, Table(header=header, rows=[("held-out torque", *columns.values())], plain=line)]
 
 
 def _gap_table(finding: Finding) -> Table:

@@ -27,7 +27,7 @@ from haptid.discrepancy.search.two_effects import (
     extend_from_first_guesses,
     leads_of,
 )
-from haptid.discrepancy.search.under_observer.dominance import dominant
+from haptid.discrepancy.search.under_observer.dominance import Dominant, dominant
 from haptid.discrepancy.search.under_observer.laws import Led
 from haptid.discrepancy.search.under_observer.leads import begin_under_observer, release_leads
 from haptid.discrepancy.study.study import Study
@@ -35,7 +35,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.noise.correlation import Colour, Noise
 
 
-def select_forward(begun: Begun) -> tuple[list[Trial], Trial, tuple[str, ...]]:
+def select_forward(begun: Begun) -> tuple[list[Trial], Trial, Dominant | None]:
     """Fit freely what was reached under the observer; add effects one by one where that explains too little.
 
     Parameters
@@ -46,8 +46,8 @@ def select_forward(begun: Begun) -> tuple[list[Trial], Trial, tuple[str, ...]]:
     Returns
     -------
     trials, best, standing
-        All trials, the best of them and, where it leaves more than noise, the keys of its effects if no other effect
-        comes near them.
+        All trials, the best of them and, where it leaves more than noise, the best with the declared rivals of its
+        effects if no other effect comes near these; else None.
     """
     s, start, led = begun.searcher, begun.start, begun.led
     trials: list[Trial] = []
@@ -66,20 +66,20 @@ def select_forward(begun: Begun) -> tuple[list[Trial], Trial, tuple[str, ...]]:
         best = chosen(trials)
         explained = best is not None and explains_all(trials)
         if best is not None and explained and not (best is not near and _is_weak(best, s.study)):
-            return trials, best, ()
+            return trials, best, None
         if near is not None and (stands := dominant(s, led.at, near, start, best or near)) is not None:
-            return [*trials, stands], stands, tuple(e.key for e in stands.solution.effects)
+            return [*trials, stands.trial, *stands.rivals], stands.trial, stands
         if explained or _is_hopeless(led):
-            return trials, best or start, ()
+            return trials, best or start, None
     made, best = _add_one_by_one(begun)
     best = chosen([t for t in trials if t.adequate]) or best
     stands = _standing(begun, best, made)
     if stands is None:
-        return [*trials, *made], best, ()
-    return [*trials, *made, stands], stands, tuple(e.key for e in stands.solution.effects)
+        return [*trials, *made], best, None
+    return [*trials, *made, stands.trial, *stands.rivals], stands.trial, stands
 
 
-def _standing(begun: Begun, best: Trial, made: Sequence[Trial]) -> Trial | None:
+def _standing(begun: Begun, best: Trial, made: Sequence[Trial]) -> Dominant | None:
     """Return the effects that no other comes near, where they leave more than noise, or what held-out runs hardly show.
 
     The formula of a machine is only near that of the catalogue, and a further effect that is hardly seen mends it.

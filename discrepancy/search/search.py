@@ -189,18 +189,20 @@ def _search_from(begun: Begun, known: Search | None = None) -> tuple[Search, Sea
         and not start.adequate
         and known.best.candidate.criterion < start.candidate.criterion - THRESHOLDS.candidate.least_gain_in_criterion
     ):
-        trials, best, standing = known.trials, known.best, known.standing
+        trials, best, standing, rivals = known.trials, known.best, known.standing, known.standing_rivals
         less = known.less if len(known.less) > 1 else dict.fromkeys(known.less, start.candidate)
     else:
-        made, best, standing = select_forward(begun)
-        if standing:
+        made, best, stands = select_forward(begun)
+        standing, rivals = (), ()
+        if stands is not None:
+            standing, rivals = stands.keys, stands.rivals
             less, trials = without_each(s, best, start), tuple(made)
         else:
             best, less, more = exchange_effects(s, best, start)
             trials = (*made, *more)
     result = Search(
         study=study, base=begun.base, plain=start, scan=begun.first, trials=trials, best=best, less=less,
-        simulations=s.simulations, cut=s.cut, standing=standing,
+        simulations=s.simulations, cut=s.cut, standing=standing, standing_rivals=rivals,
     )  # fmt: skip
     return result, s
 

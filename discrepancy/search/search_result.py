@@ -44,6 +44,8 @@ class Search:
         Whether combinations of effects were left out because the effort was spent.
     standing
         Keys of the best trial's effects where it leaves more than noise, but no other effect comes near them.
+    standing_rivals
+        Trials with a declared rival in the place of one of these effects, which leave nearly as little.
     asked
         Nominal model under the friction law that was asked for, where that of ``study`` took its place.
     """
@@ -59,6 +61,7 @@ class Search:
     simulations: int = 0
     cut: bool = False
     standing: tuple[str, ...] = ()
+    standing_rivals: tuple[Trial, ...] = ()
     asked: Trial | None = None
 
     @property

@@ -241,9 +241,9 @@ def _is_hardly_seen(found: Search) -> bool:
 
 
 def _list_rivals(found: Search) -> tuple[Trial, ...]:
-    """Return the best trials with other effects, each set of effects once."""
+    """Return the best trials with other effects, each set once; rivals of names that stand come first."""
     best: dict[tuple[str, ...], Trial] = {}
-    for t in sorted(found.trials, key=lambda t: t.candidate.criterion):
+    for t in (*found.standing_rivals, *sorted(found.trials, key=lambda t: t.candidate.criterion)):
         if set(t.candidate.ids) != set(found.best.candidate.ids):
             best.setdefault(t.candidate.ids, t)
     return tuple(best.values())[: THRESHOLDS.verdict.most_alternatives_listed]
@@ -409,7 +409,8 @@ def _sentence(
     if verdict == "named":
         return f"Missing in the model: {names}."
     if verdict == "partly_named":
-        return f"Missing in the model: {names}; beside it, something smaller that no entry of the catalogue explains."
+        told = f"Missing in the model: {names}; beside it, something smaller that no entry of the catalogue explains."
+        return told + _tell_standing_rivals(found)
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(_with_title(id, r, found) for id in r.candidate.ids) for r in rivals)
         if proposal is None:
@@ -422,6 +423,16 @@ def _sentence(
     cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
     like = f" It is like {names}, but {' and '.join(nothing)} may be 0." if nothing else _nearest(found, names)
     return f"Something is missing that no entry of the catalogue explains.{like}{cut}"
+
+
+def _tell_standing_rivals(found: Search) -> str:
+    """Say which declared rivals do nearly as well in the place of a name that stands; empty without such rivals."""
+    best, told = found.best.solution, []
+    for rival in found.standing_rivals:
+        replaced = [e.id for e in best.effects if e.id not in rival.solution.ids]
+        others = [f"{e.id} ({e.title})" for e in rival.solution.effects if e.id not in best.ids]
+        told.append(f" {' and '.join(others)} does nearly as well in the place of {' and '.join(replaced)}.")
+    return "".join(dict.fromkeys(told))
 
 
 def _with_title(id: str, trial: Trial, found: Search) -> str:
@@ -441,5 +452,8 @@ def _nearest(found: Search, names: str) -> str:
         titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.entries)
         return f" It is of the kind of {names}, but not that: {titles} would follow it better."
     if found.best.varies:
-        return f" {names} would leave noise alone, but with other parameters in every run: it only stands in for it."
+        most = f" ({found.best.varying} differs most)" if found.best.varying else ""
+        return (
+            f" {names} would leave noise alone, but with other parameters in every run{most}: it only stands in for it."
+        )
     return f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if names else ""

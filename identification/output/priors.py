@@ -1,15 +1,21 @@
-"""Sentences on priors: `Fit` in; what a prior holds, and what the runs contradict, out."""
+"""Sentences on priors: `Fit` in; what a prior holds, what the runs contradict, and another inertia than stated, out."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
 from haptid.support.numbers import plain
 
 LARGEST_DISTANCE_FROM_PRIOR = 3.0
 """Distance of an estimate from the mean of its prior, in standard deviations of the prior [1], up to which both agree:
 a normal prior that is right lies so near in 99.7 % of cases."""
+LEAST_DIFFERENCE_FROM_DEVICE = 0.2
+"""Difference of a fitted inertia from that of the device's file, over the latter [1], from which it is told: the tenth
+that a CAD model leaves out (cables, screws, grease) is usual."""
+LEAST_ERRORS_FROM_DEVICE = 3.0
+"""The same difference over the standard deviation of the fitted inertia [1]."""
 
 
 def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
@@ -52,3 +58,52 @@ def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
         ids = ", ".join(restrained)
         said.append(f"left open by these runs and held near a usual value, though no prior was stated: {ids}")
     return said + contradicted
+
+
+def tell_unused_priors(fit: Fit) -> list[str]:
+    """Say which stated priors were not used, because the plain model is the result.
+
+    Parameters
+    ----------
+    fit
+        Fit with its outcome.
+
+    Returns
+    -------
+    list of str
+        One sentence where the plain model is the result and a prior was stated; else none.
+    """
+    stated = [q.id for q in fit.equations.parameters if q.prior is not None and q.prior.source == "stated"]
+    if fit.outcome is not Outcome.PLAIN or not stated:
+        return []
+    return [f"the plain model knows the runs alone: its values do not use the stated prior of {', '.join(stated)}"]
+
+
+def tell_device_inertia(fit: Fit, device_inertia: float | None) -> list[str]:
+    """Say that the runs show another inertia than the device's file gives.
+
+    Parameters
+    ----------
+    fit
+        Fit of a joint alone, with its statuses.
+    device_inertia
+        Inertia by the device's file [kg m²], [kg] for a prismatic joint; None where there is none to compare.
+
+    Returns
+    -------
+    list of str
+        One sentence where the inertia is identified and differs by at least `LEAST_DIFFERENCE_FROM_DEVICE` of the
+        file's and by `LEAST_ERRORS_FROM_DEVICE` of its standard deviations; else none.
+    """
+    if device_inertia is None or fit.statuses.get("inertia") != "identified":
+        return []
+    value, std = fit.values["inertia"], float(fit.std[fit.index("inertia")])
+    least = max(LEAST_DIFFERENCE_FROM_DEVICE * abs(device_inertia), LEAST_ERRORS_FROM_DEVICE * std)
+    if abs(value - device_inertia) < least:
+        return []
+    unit = fit.equations.parameter("inertia").unit
+    fitted = f"{plain(value, 3)} ± {plain(std)} {unit}"
+    return [
+        f"inertia {fitted} from the data, {plain(device_inertia, 3)} {unit} in the device file: look whether links, "
+        "rotor and gear ratio are right there, and the torque's scale in the campaign"
+    ]

@@ -18,7 +18,7 @@ from haptid.identification.output.plain_comparison import (
     tell_delay,
     tell_over_noise,
 )
-from haptid.identification.output.priors import tell_priors
+from haptid.identification.output.priors import tell_device_inertia, tell_priors, tell_unused_priors
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.identification.sequence.step import Step
@@ -215,7 +215,8 @@ def attention(step: Step) -> list[str]:
     -------
     list of str
         Sentences on outcome, delay of the torque, constant torques of a plain model, parameters at bounds,
-        unidentifiable ones, priors that hold or that the runs contradict, contradictions and missing excitation.
+        unidentifiable ones, priors that hold or that the runs contradict, an inertia unlike that of the device's file,
+        contradictions and missing excitation.
     """
     fit = step.fit
     delay = tell_delay(step)
@@ -230,6 +231,8 @@ def attention(step: Step) -> list[str]:
         if ids:
             said.append(f"{words}: {', '.join(ids)}")
     said += tell_priors(fit)
+    said += tell_unused_priors(fit)
+    said += tell_device_inertia(fit, step.device_inertia)
     uncertain = uncertain_ids(step)
     if uncertain:
         said.append(f"{tell_uncertain(step)}, and what it lacks may have moved {', '.join(uncertain)}")

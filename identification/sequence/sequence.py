@@ -102,7 +102,10 @@ class Sequence:
             if belief is not None:
                 one = measurement_of(step.fit, coefficients)
                 # Compared before the belief is updated: afterwards the coefficients would be compared with themselves.
-                step = replace(step, agreements=_agreements(step, belief, one, done))
+                agreements = _agreements(step, belief, one, done)
+                step = replace(
+                    step, agreements=agreements, device_inertia=self._inertia_of(configuration, coefficients)
+                )
                 if one.coefficients:
                     belief = belief.update(one.coefficients, one.values, one.covariance)
             found |= joint_values(configuration.free_joints, step.fit.values)
@@ -113,6 +116,15 @@ class Sequence:
         if self.device is None:
             return ()
         return locked_motion(self.device, configuration.free_joints, configuration.posture).coefficients
+
+    def _inertia_of(self, configuration: Configuration, coefficients: tuple[Coefficient, ...]) -> float | None:
+        """Return the inertia that the device's file gives a joint alone; None where the campaign states another."""
+        joints = configuration.free_joints
+        if self.device is None or len(joints) > 1 or "inertia" in stated_parameters(self.campaign, joints):
+            return None
+        values, _ = LinkBelief.from_device(self.device).predict(coefficients)
+        by_id = dict(zip([c.id for c in coefficients], values.tolist(), strict=True))
+        return by_id.get("inertia")
 
     def _equations(
         self,

@@ -27,6 +27,9 @@ class Step:
         Comparisons with earlier configurations.
     compared
         The plain model with the figures of both models; None where it was not asked for.
+    device_inertia
+        Inertia of a joint alone by the device's file, motor included [kg m²], [kg] for a prismatic joint; None for
+        several joints, without a device, and where the campaign states another one.
     """
 
     configuration: Configuration
@@ -34,6 +37,7 @@ class Step:
     torque_scored: bool = False
     agreements: tuple[Agreement, ...] = ()
     compared: Compared | None = None
+    device_inertia: float | None = None
 
     @property
     def baseline(self) -> Baseline | None:

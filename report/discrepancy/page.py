@@ -122,7 +122,7 @@ def _ranking(finding: Finding) -> list[Table]:
             " + ".join(t.solution.keys) or "noise alone",
             f"{before.bic - t.candidate.bic:.0f}",
             f"{2 * (t.candidate.prediction.score - before.prediction.score):.0f}",
-            "yes" if t.adequate else "with other parameters in every run" if t.varies else "no",
+            _write_adequacy(t),
             "yes" if t is taken else "",
         )
         for t in sorted(tried, key=lambda t: t.candidate.criterion)
@@ -146,6 +146,13 @@ def _taken_among(found: Search) -> Trial:
     same = [trial for trial in found.trials if _model_of(trial) == _model_of(best)]
     nearest = min(same, key=lambda t: abs(t.candidate.criterion - best.candidate.criterion), default=best)
     return best if best in found.trials else nearest
+
+
+def _write_adequacy(trial: Trial) -> str:
+    """Say whether a trial leaves only noise, and which parameter differs most where only its values by run do."""
+    if trial.adequate or not trial.varies:
+        return "yes" if trial.adequate else "no"
+    return "with other parameters in every run" + (f", {trial.varying} most" if trial.varying else "")
 
 
 def _model_of(trial: Trial) -> tuple[frozenset[str], tuple[str, ...]]:

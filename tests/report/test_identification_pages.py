@@ -16,7 +16,7 @@ from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.words import parameter_rows as variable_rows
 from haptid.identification.links.consistency import Agreement
-from haptid.identification.output.priors import tell_priors
+from haptid.identification.output.priors import tell_device_inertia, tell_priors, tell_unused_priors
 from haptid.identification.output.summary import attention, parameter_rows
 from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
@@ -35,6 +35,7 @@ from haptid.report.identification.friction_figures import friction_figure
 from haptid.report.identification.glance import glance_table
 from haptid.report.identification.page import Beside, identification_page
 from haptid.report.identification.parameter_figures import half_widths, interval_figure
+from haptid.support.numbers import plain
 from tests.report.known import STIFFNESS, T, known_equations, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
 
@@ -297,6 +298,42 @@ def test_a_prior_is_told_as_what_holds_or_as_what_the_runs_contradict(prior, sta
     fit = with_prior(prior, status)
     assert tell_priors(fit) == told
     assert [sentence for sentence in attention(replace(STEP, fit=fit)) if "prior" in sentence] == told
+
+
+@pytest.mark.parametrize(
+    ("outcome", "source", "told"),
+    [
+        (
+            Outcome.PLAIN,
+            "stated",
+            ["the plain model knows the runs alone: its values do not use the stated prior of Ks"],
+        ),
+        (Outcome.PLAIN, "earlier", []),
+        (Outcome.CONVERGED, "stated", []),
+    ],
+)
+def test_a_plain_model_that_does_not_use_a_stated_prior_says_so(outcome: Outcome, source: str, told: list[str]):
+    fit = with_prior(Normal(mean=0.0278, std=0.01, source=source), "identified").but(outcome=outcome)
+    fit.equations.parameters = fit.equations.parameters[1:]  # without the prior of the inertia
+    assert tell_unused_priors(fit) == told
+
+
+@pytest.mark.parametrize(
+    ("ratio", "status", "told"),
+    [(0.5, "identified", True), (2.0, "identified", True), (0.9, "identified", False), (0.5, "unidentifiable", False)],
+)
+def test_an_inertia_unlike_that_of_the_device_file_is_told(ratio: float, status: str, *, told: bool):
+    """A URDF with half the inertia of the machine passed without a word."""
+    fit = FIT.but(statuses={**FIT.statuses, "inertia": status})
+    device = ratio * fit.values["inertia"]
+    said = [
+        sentence for sentence in attention(replace(STEP, fit=fit, device_inertia=device)) if "device file" in sentence
+    ]
+    assert bool(said) is told
+    if told:
+        assert said[0].startswith(f"inertia {plain(fit.values['inertia'], 3)} ± ")
+        assert f" kg m² from the data, {plain(device, 3)} kg m² in the device file" in said[0]
+    assert tell_device_inertia(fit, None) == []
 
 
 def test_the_word_for_an_observer_agrees_with_the_status_of_its_values():

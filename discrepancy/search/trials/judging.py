@@ -83,9 +83,9 @@ def judge_constancy(s: Searcher, judged: Trial) -> Trial:
     """
     if not judged.solution.effects:
         return judged
-    p, calls = constancy(s.study, judged.solution)
+    p, id, calls = constancy(s.study, judged.solution)
     s.simulations += calls
-    return replace(judged, constant_p=p)
+    return replace(judged, constant_p=p, varying=id)
 
 
 def judge_on_other_path(s: Searcher, made: Trial, before: Candidate | None = None) -> Trial:

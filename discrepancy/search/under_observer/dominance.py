@@ -9,9 +9,14 @@ near.
 3. Drop all effects that are smooth torques over position but the simplest, where there are several: together they
    follow any curve.
 4. Refit what remains freely. It stands where it leaves a small share of the nominal model's excess.
+5. Refit the declared rivals that leave nearly as little in the place of one of its effects (a one-sided spring in that
+   of an end stop). The model of least criterion has the names, the others are told beside it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,7 +31,47 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
 
 
-def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Trial) -> Trial | None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dominant:
+    """A model whose names stand out.
+
+    Parameters
+    ----------
+    trial
+        The model, fitted freely.
+    rivals
+        The model with a declared rival in the place of one of its effects, where that one leaves nearly as little.
+    """
+
+    trial: Trial
+    rivals: tuple[Trial, ...] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the effects that stand out."""
+        return tuple(e.key for e in self.trial.solution.effects)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Place:
+    """The place of an effect in a model.
+
+    Parameters
+    ----------
+    effect
+        The effect that is there.
+    stands
+        Whether any other effect there leaves far more under the observer, its declared rivals apart.
+    rivals
+        Models with a declared rival there that does not leave far more, one for each id.
+    """
+
+    effect: Effect
+    stands: bool
+    rivals: tuple[Lead, ...]
+
+
+def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Trial) -> Dominant | None:
     """Return the model with those effects that no other comes near.
 
     Parameters
@@ -44,7 +89,7 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
 
     Returns
     -------
-    Trial or None
+    Dominant or None
         The model, or the one without the effects that others could replace; None where none stands out, or where the
         model leaves too much of the gap.
     """
@@ -56,8 +101,10 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
     if not effects or at.start.cost <= noise:
         return None
     full = fit_lead(s, at.study, effects, values, at.gains)
+    places: list[_Place] = []
     while full.effects:
-        kept = tuple(e for e in full.effects if _stands_out(s, at, full, e, noise))
+        places = [_weigh_place(s, at, full, e, noise) for e in full.effects]
+        kept = tuple(place.effect for place in places if place.stands)
         if kept == full.effects:
             break
         full = fit_lead(s, at.study, kept, full.fit.values, at.gains)
@@ -67,8 +114,32 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
     found = near
     if full.effects != effects:
         found = judge_candidate(s, refit_with(s.study, near.solution, full.effects, values), start.candidate)
+    if not _may_stand(s.study, found, start):
+        return None
+    rivals = _fit_rivals(s, full, places, near, start)
+    able = [t for t in rivals if _may_stand(s.study, t, start)]
+    winner = min((found, *able), key=lambda t: t.candidate.criterion)
+    return Dominant(trial=winner, rivals=tuple(t for t in (found, *rivals) if t is not winner))
+
+
+def _may_stand(study: Study, found: Trial, start: Trial) -> bool:
+    """Say whether held-out runs show the effects of a model, and it leaves a small share of the gap."""
     shown = found.held_out >= THRESHOLDS.verdict.least_evidence_of_each_name
-    return found if shown and not found.at_bound and closes_most(s.study, found, start) else None
+    return shown and not found.at_bound and closes_most(study, found, start)
+
+
+def _fit_rivals(s: Searcher, full: Lead, places: Sequence[_Place], near: Trial, start: Trial) -> list[Trial]:
+    """Fit freely what leaves nearly as little as ``full`` with a declared rival in the place of one of its effects."""
+    trials = []
+    for place in places:
+        if place.effect not in full.effects:
+            continue
+        for lead in place.rivals:
+            rival = lead.effects[-1]
+            effects = tuple(rival if e is place.effect else e for e in full.effects)
+            refitted = refit_with(s.study, near.solution, effects, lead.fit.values)
+            trials.append(judge_candidate(s, refitted, start.candidate))
+    return trials
 
 
 def _with_one_curve(s: Searcher, at: UnderObserver, full: Lead) -> Lead:
@@ -81,14 +152,25 @@ def _with_one_curve(s: Searcher, at: UnderObserver, full: Lead) -> Lead:
     return fit_lead(s, at.study, kept, full.fit.values, at.gains)
 
 
-def _stands_out(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noise: float) -> bool:
-    """Say whether any other effect in the place of this one leaves far more under the observer, beyond the noise."""
+def _weigh_place(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noise: float) -> _Place:
+    """Compare what an effect leaves under the observer, beyond the noise, with what others leave in its place."""
     others = tuple(e for e in full.effects if e is not effect)
     rest = fit_lead(s, at.study, others, full.fit.values, at.gains)
-    alike = {effect.id, *s.rivals(effect.key)}
-    replaced = [lead for lead in extend_lead(s, at, rest) if lead.effects[-1].id not in alike]
-    next_best = min(lead.cost - noise for lead in (rest, *replaced))
-    return full.cost - noise < THRESHOLDS.search.largest_excess_over_replacement * next_best
+    declared = s.rivals(effect.key)
+
+    def leaves_far_more(lead: Lead) -> bool:
+        return full.cost - noise < THRESHOLDS.search.largest_excess_over_replacement * (lead.cost - noise)
+
+    unlike, rivals = [rest], dict[str, Lead]()
+    for lead in extend_lead(s, at, rest):
+        last = lead.effects[-1]
+        if last.id in declared:
+            if not leaves_far_more(lead):
+                rivals.setdefault(last.id, lead)
+        elif last.id != effect.id:
+            unlike.append(lead)
+    stands = all(leaves_far_more(lead) for lead in unlike)
+    return _Place(effect=effect, stands=stands, rivals=tuple(rivals.values()))
 
 
 def closes_most(study: Study, found: Trial, start: Trial) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from haptid.discrepancy.candidate.parameter_constancy import _p, constancy
+from haptid.discrepancy.candidate.parameter_constancy import _test_runs, constancy
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -52,7 +52,7 @@ def ratio(study: Study) -> float:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_it_is_the_likelihood_ratio_to_parameters_of_every_run(tmp_path: Path, seed: int):
     study = study_with(tmp_path, 0.004, seed)
-    p, simulations = constancy(study, fitted(study))
+    p, _, simulations = constancy(study, fitted(study))
     dof = (len(FREE) + 1) * (len(TORQUES) - 1)
     assert p > THRESHOLDS.candidate.lack_p_value
     assert np.log(p) == pytest.approx(chi2.logsf(ratio(study), dof), abs=0.1)
@@ -62,14 +62,15 @@ def test_it_is_the_likelihood_ratio_to_parameters_of_every_run(tmp_path: Path, s
 
 def test_a_run_with_another_delay_is_told(tmp_path: Path):
     study = study_with(tmp_path, 0.005, 3)
-    p, _ = constancy(study, fitted(study))
+    p, id, _ = constancy(study, fitted(study))
     assert p < THRESHOLDS.candidate.lack_p_value
+    assert id == "delay_time"
 
 
 def test_one_run_says_nothing(tmp_path: Path):
     study = study_with(tmp_path, 0.004, 1)
     alone = replace(study, fitted=study.fitted[:1], unseen=())
-    assert constancy(alone, fitted(alone)) == (1.0, 0)
+    assert constancy(alone, fitted(alone)) == (1.0, "", 0)
 
 
 @pytest.mark.parametrize(("id", "told"), [("dead_band", False), ("Ks", True)])
@@ -84,7 +85,7 @@ def test_every_run_may_have_its_own_place_of_a_jump_but_no_other_parameter(tmp_p
 
     def p_of(first: np.ndarray) -> float:
         rows = (noise[0] + first, *noise[1:])
-        return _p(replace(fit, blocks=replace(fit.blocks, rows=rows)))
+        return _test_runs(replace(fit, blocks=replace(fit.blocks, rows=rows)))[0]
 
     noise = [np.random.default_rng(k).standard_normal(r.shape) for k, r in enumerate(fit.blocks.rows)]
     own = fit.blocks.jacobians[0][..., fit.problem.parametrisation.ids.index(id)]

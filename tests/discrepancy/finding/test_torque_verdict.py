@@ -11,6 +11,8 @@ import pytest
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.finding.soundness import Soundness
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.discrepancy.job.summary import tell_finding
+from haptid.support.tables import Table
 
 BEFORE = 50e-3
 
@@ -124,3 +126,30 @@ def test_what_doubts_a_name_is_told(movers: set[str], worsening: set[str], told:
         "inertia": {"before": 24.0, "after": 0.73, "doubts": sorted(movers)},
         "free_simulation_rms": {"before": 32.9e-3, "after": 43.5e-3, "doubts": sorted(worsening)},
     }
+
+
+BOX = "the best black box of position and speed"
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (0, f"error is 0.05 N m; no name closes any of it; {BOX} closes 4 % of its energy; 0.019 N m do not"),
+        (1, f"error falls from 0.05 to 0.05 N m; names close 0 % of its energy, {BOX} 4 %; 0.019 N m do not"),
+    ],
+)
+def test_an_error_that_no_name_makes_smaller_is_told_once(names: int, told: str):
+    """A sentence said that an error "falls from 0.0102 to 0.0102"."""
+    found = finding_that_leaves(BEFORE, floor=19e-3, black_box=49e-3, names=names)
+    found.search.final.effects = (SimpleNamespace(key="one", id="one", title="one"),) * names
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    assert told in found.sentence
+
+
+def test_the_terminal_tells_an_error_without_names_once():
+    found = finding_that_leaves(BEFORE, floor=19e-3, black_box=None, names=0)
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    table = tell_finding(found, "joint 0", found.verdict)[1]
+    assert isinstance(table, Table)
+    assert table.rows == [("held-out torque", "0.05", "0.0001")]
+    assert table.plain == "  held-out torque: RMS 0.05 N m, white noise 0.0001"

@@ -9,7 +9,7 @@ import pytest
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.search.search import search
 from haptid.discrepancy.verdict.estimate import Estimate
-from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge, untold, verdict_of
+from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, _nearest, judge, untold, verdict_of
 from haptid.model.effects.registry import catalogue
 from tests.discrepancy.finding.test_finding import study_with
 
@@ -86,3 +86,11 @@ def test_another_fit_of_the_same_model_widens_an_error(other: float, std: float)
     assert estimate.value == 26279.0
     assert estimate.std == pytest.approx(std)
     assert estimate.interval[0] <= other <= estimate.interval[1]
+
+
+def test_the_parameter_that_differs_most_between_runs_is_told() -> None:
+    solution = SimpleNamespace(effects=(), keys=("friction_lag",))
+    best = SimpleNamespace(varies=True, varying="sigma2", solution=solution)
+    found = SimpleNamespace(best=best, trials=(), beaten_by=None)
+    told = "with other parameters in every run (sigma2 differs most): it only stands in for it."
+    assert _nearest(found, "friction_lag").endswith(told)  # type: ignore[arg-type] # what the sentence reads of a search

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import configurations_of, order_of
 from haptid.identification.sequence.result_json import _replaced_json
-from haptid.identification.sequence.sequence import joint_values
+from haptid.identification.sequence.sequence import Sequence, joint_values
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
@@ -136,6 +137,23 @@ def test_postures_are_configurations_of_their_own():
     made = configurations_of(campaign.but(runs=tuple(runs)), DEVICE, (4,))
     assert sorted(c.posture[1] for c in made) == [0.0, 0.2]
     assert sum(len(c.runs) for c in made) == len(campaign.runs_of((4,)))
+
+
+def test_the_inertia_of_the_device_file_stands_beside_the_fitted_one():
+    """It is that of the equations before any test, for a joint alone of which the campaign states no inertia."""
+    overrides: dict[int, dict[str, object]] = {}
+    campaign = SimpleNamespace(parameter_overrides=overrides)
+    fits: Any = SimpleNamespace(device=DEVICE, campaign=campaign)
+
+    def inertia(*joints: int) -> float | None:
+        configuration: Any = SimpleNamespace(free_joints=joints)
+        return Sequence._inertia_of(fits, configuration, locked_motion(DEVICE, joints, (0.0,) * 6).coefficients)
+
+    equations = configuration_equations(DEVICE, (2,), (0.0,) * 6)
+    assert inertia(2) == pytest.approx(equations.parameter("inertia").initial)
+    assert inertia(2, 3) is None
+    overrides[2] = {"inertia": {"initial": 1e-3}}
+    assert inertia(2) is None
 
 
 def test_draws_are_physical_and_spread_like_the_belief():
