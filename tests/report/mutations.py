@@ -145,7 +145,7 @@ DRAWS = of(
 IDENTIFICATION = of(
     "identification/page.py",
     "test_identification_pages.py",
-    ("best for worst joint", "(max(getattr(j, of) for j", "(min(getattr(j, of) for j"),
+    ("best for worst joint", "np.nanmax([getattr(j, of) for j", "np.nanmin([getattr(j, of) for j"),
     ("the spread for the RMS", 'f"{j.rmse_rad:.3g}"', 'f"{j.spread_rad:.3g}"'),
     ("over noise for over expected", 'f"{j.over_expected:.2f}"', 'f"{j.rmse_over_noise:.2f}"'),
     ("a link's error a tenth", 'with_error(one["value"], one["std"])', 'with_error(one["value"], one["std"] / 10)'),
@@ -192,7 +192,6 @@ GLANCE = of(
     ("over the noise for the size", "in_thousandths(worst.rmse_rad, unit)", "in_thousandths(worst.over_noise, unit)"),
     ("over range for over noise", "plain(worst.over_noise, 3)", "plain(worst.nrmse, 3)"),
     ("the best joint of the device", "return max(pairs, key", "return min(pairs, key"),
-    ("explained for unexplained", "excess > LARGEST", "excess < LARGEST"),
     ("files of the device with a joint", "if file not in own]", "if file in own]"),
 )
 DIAGNOSIS = (
