@@ -302,8 +302,8 @@ class Campaign:
             Folder in which everything is written that ``haptid posterior`` writes. The sampling begins at the fits that
             an ``identification.json`` there holds. None for a temporary one.
         quick
-            Whether the climbs that choose the noise model and the chains are short: a joint takes about a minute. The
-            results say so; where many or fast rows make each step dear, ensembles and steps are fewer.
+            Whether the climbs that choose the noise model and the chains are short, for a first look. The results say
+            so; where many or fast rows make each step dear, ensembles and steps are fewer.
         sensitivity
             Whether mean and standard deviation are also computed with all priors half and twice as wide.
         kind

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -97,14 +98,38 @@ def search_campaign(  # one argument an option
         # All are prepared before the first search begins, so that input is refused before any long work.
         alone = [prepare_alone(job, j) for j in chosen]
         _check_stage(alone, choices["stage"])
-        for search in alone:
-            findings |= _find(search, choices["stage"], listener)
-        # These are prepared afterwards: their models hold what was found in the joints alone.
-        for free_joints in several:
-            prepared = _prepare_together(job, free_joints, choices["stage"], listener, asked=together is not None)
-            if prepared is not None:
-                findings |= _find(prepared, choices["stage"], listener)
+        with _telling_kept(findings, chosen, several, listener):
+            for search in alone:
+                findings |= _find(search, choices["stage"], listener)
+            # These are prepared afterwards: their models hold what was found in the joints alone.
+            for free_joints in several:
+                prepared = _prepare_together(job, free_joints, choices["stage"], listener, asked=together is not None)
+                if prepared is not None:
+                    findings |= _find(prepared, choices["stage"], listener)
     return findings.popitem()[1] if joint is not None and len(findings) == 1 else findings
+
+
+@contextmanager
+def _telling_kept(
+    findings: Findings, alone: Sequence[int], several: Sequence[tuple[int, ...]], listener: Listener
+) -> Iterator[None]:
+    """Say which findings an interrupted search leaves, where there are any, and how the others are searched."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if findings:
+            listener.note(_tell_kept(findings, alone, several))
+        raise
+
+
+def _tell_kept(findings: Findings, alone: Sequence[int], several: Sequence[tuple[int, ...]]) -> str:
+    left = alone[len(findings) :]
+    together = several[max(len(findings) - len(alone), 0) :]
+    options = [f"--joints {','.join(map(str, left))}"] if left else []
+    options += [f"--free {','.join(map(str, joints))}" for joints in together]
+    kept = ", ".join(f"discrepancy/{name}.json" for name in findings)
+    rest = f"; the rest is searched with {', then with '.join(options)}" if options else ""
+    return f"kept: {kept}{rest}"
 
 
 def _prepare_together(

@@ -304,6 +304,12 @@ class Thresholds:
     # Summary and report: how a residual is told.
     largest_residual_as_noise: float = 1.05
     """RMS of the residual over the sensor's noise [1] up to which a run's residual counts as sensor noise."""
+    largest_residual_over_expected: float = 2.0
+    """RMS of the whole model's residual over √(noise² + spread²) [1] up to which noise and the parameters' uncertainty
+    explain it: one draw of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
+    largest_spread_in_noise: float = 10.0
+    """Spread of the whole model's prediction over the sensor's noise [1] up to which it may explain a residual: a wider
+    one would hide whatever the model lacks."""
     largest_residual_in_noise: float = 10.0
     """RMS of the residual over the sensor's noise [1] above which it is told as a quantity and a share of the motion as
     well: a number of hundreds says how fine the sensor is, not how good the model."""

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.measurement.checks.preparation import prepare_campaign
+from haptid.measurement.checks.recorded_torque import with_torques_that_were
 from haptid.measurement.checks.summary import row_json, summarise, tell_table
 from haptid.measurement.commands import check as main
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
@@ -50,9 +51,15 @@ def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit
     click.echo(f"{found.title}\n{_counts(found)}\n")
     with Count[None](total=len(found.runs), title="check", quiet=quiet) as bar:
         rows = summarise(found, report=bar.update)
-    show(tell_table(rows))
+    remarks = with_torques_that_were(found).remarks
+    show(tell_table(rows, remarks))
     head = {"title": found.title, "device": found.device, "measured": found.measured, "hold": found.hold}
-    return {**head, "configurations": [list(joints) for joints in found.configurations], "runs": [*map(row_json, rows)]}
+    return {
+        **head,
+        "remarks": list(remarks),
+        "configurations": [list(joints) for joints in found.configurations],
+        "runs": [*map(row_json, rows)],
+    }
 
 
 def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> dict[str, Any]:

@@ -54,8 +54,9 @@ def posterior(**settings: Any) -> Any:
     CAMPAIGN is a folder with campaign.toml; the embedded Freedom 6S one where left out. It goes on from the fits that
     haptid identify left below --out, and makes its own where there are none. A joint takes minutes, and more
     where its model leaves much more than the noise: the progress says how long is left, the chains end after 5000 steps
-    at most. --quick ends after about a minute a joint: it bounds what the chains simulate, and says so where many or
-    fast rows leave fewer ensembles and steps. Of a calibrated FMU, CAMPAIGN is the folder of the results.
+    at most. --quick is for a first look: it bounds what the chains simulate, and says so where many or fast rows leave
+    fewer ensembles and steps; to choose the noise model takes longer the more rows there are. Of a calibrated FMU,
+    CAMPAIGN is the folder of the results.
 
     Units: rad, N m, kg m² (m, N, kg for a joint that slides), s.
     """

@@ -8,7 +8,14 @@ from xml.etree.ElementTree import Element, SubElement
 from haptid.fmu_build.description.dependencies import Dependencies
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.variables import Variable
-from haptid.fmu_build.description.xml_parts import add_definitions, add_unknown, attributes_of, root_of, xml_bytes
+from haptid.fmu_build.description.xml_parts import (
+    add_definitions,
+    add_unknown,
+    attributes_of,
+    root_of,
+    shown_plain,
+    xml_bytes,
+)
 
 INDEPENDENT, INDEPENDENT_UNIT = "time", "s"
 
@@ -39,8 +46,9 @@ def model_description3(interface: Interface, *, token: str, text: str) -> bytes:
     _kinds(root, interface)
     variables = add_definitions(root, interface, {INDEPENDENT_UNIT})
     _independent(variables, interface)
+    plain = shown_plain(interface.variables)
     for variable in interface.variables:
-        general, real = attributes_of(variable)
+        general, real = attributes_of(variable, plain)
         if variable.derivative_of is not None:
             real["derivative"] = str(variable.derivative_of)
         SubElement(variables, "Float64", general | real)

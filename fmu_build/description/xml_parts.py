@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from datetime import UTC, datetime
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -18,6 +18,7 @@ LOG_CATEGORIES = (
     ("logStatusError", "Values and calls that are refused, with what was expected"),
     ("logStatusDiscard", "Steps that failed, with what made them fail, and statuses that there are not"),
 )
+TORQUE_UNIT = "N m"
 TOOL = "haptid 0.1"
 LICENCE = "BSD-3-Clause"
 AUTHOR, COPYRIGHT = "haptid", "Copyright (c) 2026, the haptid authors"
@@ -120,7 +121,8 @@ def add_definitions(root: Element, interface: Interface, units: Iterable[str] = 
     Element
         ``ModelVariables``, still empty.
     """
-    add_unit_definitions(root, {v.unit for v in interface.variables if v.unit}.union(units))
+    names = {v.unit for v in interface.variables if v.unit}.union(units)
+    add_unit_definitions(root, names, shown_plain(interface.variables))
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES:
         SubElement(categories, "Category", name=name, description=meaning)
@@ -128,7 +130,24 @@ def add_definitions(root: Element, interface: Interface, units: Iterable[str] = 
     return SubElement(root, "ModelVariables")
 
 
-def add_unit_definitions(root: Element, names: Iterable[str]) -> None:
+def shown_plain(variables: Iterable[Variable]) -> frozenset[str]:
+    """Return the units in which an FMU shows its numbers as they are: torques from 1 N m on, which are no mN m.
+
+    Parameters
+    ----------
+    variables
+        Variables of the FMU.
+
+    Returns
+    -------
+    frozenset of str
+        Units without a display unit.
+    """
+    torques = [abs(v.start) for v in variables if v.unit == TORQUE_UNIT and v.start is not None]
+    return frozenset({TORQUE_UNIT} if max(torques, default=0.0) >= 1.0 else ())
+
+
+def add_unit_definitions(root: Element, names: Iterable[str], plain: Collection[str] = ()) -> None:
     """Append ``UnitDefinitions`` to an element.
 
     Parameters
@@ -137,6 +156,8 @@ def add_unit_definitions(root: Element, names: Iterable[str]) -> None:
         Element that gets the definitions.
     names
         Units as `parse_unit` reads them; each is written with SI exponents, factor and display unit.
+    plain
+        Units that get no display unit.
 
     Raises
     ------
@@ -152,17 +173,19 @@ def add_unit_definitions(root: Element, names: Iterable[str]) -> None:
         if unit.factor != 1.0:
             attributes["factor"] = _number(unit.factor)
         SubElement(node, "BaseUnit", attributes)
-        if unit.display:
+        if unit.display and name not in plain:
             SubElement(node, "DisplayUnit", name=modelica_unit(unit.display[0]), factor=_number(unit.display[1]))
 
 
-def attributes_of(v: Variable) -> tuple[dict[str, str], dict[str, str]]:
+def attributes_of(v: Variable, plain: Collection[str] = ()) -> tuple[dict[str, str], dict[str, str]]:
     """Return the attributes of a variable but ``derivative``, to which each version of FMI refers in its own way.
 
     Parameters
     ----------
     v
         Variable.
+    plain
+        Units that get no display unit.
 
     Returns
     -------
@@ -177,7 +200,7 @@ def attributes_of(v: Variable) -> tuple[dict[str, str], dict[str, str]]:
         "variability": v.variability,
         "initial": v.initial,
     }
-    display = parse_unit(v.unit).display if v.unit else None
+    display = parse_unit(v.unit).display if v.unit and v.unit not in plain else None
     real = {"unit": modelica_unit(v.unit), "displayUnit": modelica_unit(display[0]) if display else ""}
     numbers = {"min": v.minimum, "max": v.maximum, "nominal": v.nominal, "start": v.start}
     real |= {key: _number(x) for key, x in numbers.items() if x is not None and math.isfinite(x)}

@@ -7,7 +7,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sized
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ def _fit_configurations(
     def tell(number: int, share: float, figures: str) -> None:
         listener.progress(_title(job, number), number + share, count, figures)
 
-    with workers_of(job.scheduler, job.options.workers) as workers:
+    with _tell_kept(steps, count, listener), workers_of(job.scheduler, job.options.workers) as workers:
         tell_remarks(job.campaign, listener)
         sequence = Sequence(
             campaign=job.campaign,
@@ -115,6 +116,19 @@ def _fit_configurations(
                 listener.progress(_title(job, len(steps)), len(steps), count, "equations and kernels")
                 ahead.wait(len(steps))
     return tuple(steps), data
+
+
+@contextmanager
+def _tell_kept(steps: Sized, count: int, listener: Listener) -> Iterator[None]:
+    """Say where an interrupted identification goes on, where some of its configurations are on disk."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if steps:
+            listener.note(
+                f"{len(steps)} of {count} configurations are kept: the same command goes on with the next one"
+            )
+        raise
 
 
 def _title(job: Job, number: int) -> str:

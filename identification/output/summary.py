@@ -193,6 +193,11 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
             rows.append((run["file"], run["mode"].replace("_", " "), *by_joint))
         numbers = [f"joint {one['joint']}" for one in runs[0]["joints"]]
         told.append(Table(header=("run", "simulated in", *numbers), rows=rows, ruled=True))
+    if verification.get("outcome") == "uncertain":
+        told.append(
+            "Whole model: uncertain: the parameters leave so much open that their spread would hide whatever the model "
+            "lacks; run tests in the lock postures that haptid plan (python -m model.plan in a clone) proposes"
+        )
     return told
 
 

@@ -8,8 +8,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
+WholeOutcome = Literal["as_noise", "explained", "uncertain", "unexplained", "diverged"]
+"""What a verification says of the whole model: noise alone is left; the parameters' uncertainty explains the rest; it
+is so large that it would explain anything; it does not explain the rest; the simulation is not finite."""
 Mode = Literal["closed_loop", "open_loop"]
 SENTENCES: Mapping[Mode, str] = {
     "closed_loop": "the stated controller closes the loop around the model; given are references and first positions",
@@ -48,9 +52,17 @@ class JointCheck:
     @property
     def over_expected(self) -> float:
         """RMS over √(noise² + spread²): about 1 where noise and parameter uncertainty explain the residual."""
-        # The noise follows from the two ratios: a check keeps no sensor noise of its own.
-        noise = self.rmse_rad / self.rmse_over_noise if self.rmse_over_noise > 0 else 0.0
-        return self.rmse_rad / float(np.hypot(noise, self.spread_rad))
+        return self.rmse_rad / float(np.hypot(self._noise_rad, self.spread_rad))
+
+    @property
+    def spread_over_noise(self) -> float:
+        """Spread between draws of the parameters over the sensor noise; NaN without draws."""
+        return self.spread_rad / self._noise_rad if self._noise_rad > 0 else float("nan")
+
+    @property
+    def _noise_rad(self) -> float:
+        """Sensor noise [rad], which follows from two ratios: a check keeps none of its own."""
+        return self.rmse_rad / self.rmse_over_noise if self.rmse_over_noise > 0 else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,15 +119,33 @@ class Verification:
     law: str = ""
     assumed: tuple[str, ...] = ()
 
+    @property
+    def outcome(self) -> WholeOutcome | None:
+        """Judgement of the whole model by its worst joint in any run; None where no run was simulated."""
+        joints = [joint for run in self.runs for joint in run.joints]
+        if not joints:
+            return None
+        # Written with `not … <`: a NaN of a simulation that is not finite counts as diverged.
+        if not all(joint.rmse_over_noise < float("inf") for joint in joints):
+            return "diverged"
+        if max(joint.rmse_over_noise for joint in joints) <= THRESHOLDS.largest_residual_as_noise:
+            return "as_noise"
+        if any(joint.over_expected > THRESHOLDS.largest_residual_over_expected for joint in joints):
+            return "unexplained"
+        # A spread that is not known, as where no draw stays finite, explains nothing either.
+        narrow = all(joint.spread_over_noise <= THRESHOLDS.largest_spread_in_noise for joint in joints)
+        return "explained" if narrow else "uncertain"
+
     def as_json(self) -> dict[str, Any]:
         """Convert to the ``verification`` table of identification.json; numbers that are not finite become null.
 
         Returns
         -------
         dict
-            ``law``, ``assumed``, and ``runs`` with one entry for each run and mode.
+            ``law``, ``assumed``, ``outcome`` (null without a run), and ``runs`` with one entry for each run and mode.
         """
-        return {"law": self.law, "assumed": list(self.assumed), "runs": [_run_json(run) for run in self.runs]}
+        runs = [_run_json(run) for run in self.runs]
+        return {"law": self.law, "assumed": list(self.assumed), "outcome": self.outcome, "runs": runs}
 
 
 FIGURES: Mapping[Mode, str] = {"closed_loop": "closed_rmse", "open_loop": "free_rmse"}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from haptid.measurement.checks.recorded_torque import with_torques_that_were
 from haptid.measurement.remarks.remarks import Remarks, remarks_of
 from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.signals.cycles import Cycles, find_cycles
@@ -94,8 +95,10 @@ def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None
     InputError
         Where the file of the device is at fault.
     """
+    drives = with_torques_that_were(campaign).drives
+    closed = [joint for joint, drive in drives.items() if drive.is_closed]
     rows = []
-    for one in remarks_of(campaign, report=report):
+    for one in remarks_of(campaign, closed=closed, report=report):
         rows += [_row(one, column) for column in range(len(one.run.free_joints))]
     return tuple(rows)
 
@@ -127,9 +130,17 @@ def _cells(one: Remarks, column: int, cycles: Cycles, uneven: float) -> tuple[st
         f"{np.ptp(run.y[:, column]):.3g}",
         f"{cycles.omega:.4g}" if cycles.omega else "–",
         str(cycles.count) if cycles.count > 1 else "–",
-        f"{given}{one.noise[column]:.2g}",
+        _tell_noise(one, column, given),
         f"{step_given}{one.resolution[column]:.2g}",
     )
+
+
+def _tell_noise(one: Remarks, column: int, given: str) -> str:
+    """Write the noise; where the readings rest on the encoder's levels and show none, the step's own error above it."""
+    noise, rounding = float(one.noise[column]), float(one.resolution[column]) / 12.0**0.5
+    if given and noise < rounding / THRESHOLDS.largest_stated_over_estimated_noise:
+        return f"<{rounding:.2g}"
+    return f"{given}{noise:.2g}"
 
 
 def _facts(one: Remarks, column: int, cycles: Cycles, uneven: float) -> dict[str, str | int | float | None]:
@@ -175,13 +186,15 @@ def _own_words(run: Run) -> list[str]:
     return [*([f"excluded: {run.reason}"] if run.use == "excluded" else []), *run.notes]
 
 
-def tell_table(rows: tuple[Row, ...]) -> Told:
+def tell_table(rows: tuple[Row, ...], remarks: Sequence[str] = ()) -> Told:
     """Lay the rows out as a table, with the remarks below.
 
     Parameters
     ----------
     rows
         One for each joint of each run.
+    remarks
+        Remarks on joints or on the campaign as a whole.
 
     Returns
     -------
@@ -189,7 +202,7 @@ def tell_table(rows: tuple[Row, ...]) -> Told:
         Table, and the lines of the remarks.
     """
     header = tuple(_with_unit(rows) if name == TORQUE else name for name in HEADER)
-    return [Table(header=header, rows=[row.cells for row in rows]), *_remark_lines(rows)]
+    return [Table(header=header, rows=[row.cells for row in rows]), *_remark_lines(rows, remarks)]
 
 
 def _with_unit(rows: tuple[Row, ...]) -> str:
@@ -198,8 +211,9 @@ def _with_unit(rows: tuple[Row, ...]) -> str:
     return {(True,): "force ± N", (False, True): f"{TORQUE} N m, N"}.get(tuple(sorted(slides)), f"{TORQUE} N m")
 
 
-def _remark_lines(rows: tuple[Row, ...]) -> list[str]:
-    """Lay out the remarks, one line for all joints and runs that share it."""
+def _remark_lines(rows: tuple[Row, ...], whole: Sequence[str]) -> list[str]:
+    """Lay out the remarks, those on the whole first, then one line for all joints and runs that share it."""
     remarks = [(row.cells[0], row.cells[1].split()[0], remark) for row in rows for remark in row.remarks]
-    lines = [f"  {line}" for line in tell_shared(remarks, every=len({row.cells[0] for row in rows}))]
+    shared = tell_shared(remarks, every=len({row.cells[0] for row in rows}))
+    lines = [f"  {line}" for line in (*whole, *shared)]
     return ["", "Remarks", *lines] if lines else []

@@ -5,12 +5,13 @@ Remarks are on likely slips and on circumstances that a fit has to respect; none
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from haptid.measurement.format.drive_columns import COMMANDS
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
 from haptid.measurement.remarks.saturation import find_saturation
@@ -18,7 +19,7 @@ from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
 from haptid.measurement.remarks.suspicions import GIVES_WORK, UNLIMITED, suspicions
 from haptid.measurement.remarks.torque_scale import off_scale
-from haptid.measurement.remarks.torque_sign import wrong_signs
+from haptid.measurement.remarks.torque_sign import ALL_RUNS, tell_how_to_turn, wrong_signs
 from haptid.measurement.signals.averaging import with_averaging
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.gaps import find_gaps
@@ -51,13 +52,17 @@ class Remarks:
     doubts: tuple[tuple[str, ...], ...]
 
 
-def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Remarks, ...]:
+def remarks_of(
+    campaign: Campaign, *, closed: Collection[int] = (), report: Callable[[], object] = lambda: None
+) -> tuple[Remarks, ...]:
     """Return the remarks on every run of a campaign.
 
     Parameters
     ----------
     campaign
         As it was read, with NaN where no noise is stated.
+    closed
+        Joints that a fit simulates through their stated controllers where they move alone.
     report
         Called without arguments after each run, for a progress bar.
 
@@ -89,6 +94,10 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
             if run.file in turned and GIVES_WORK not in slips:  # a run that tells it alone needs no other
                 slips.append(turned[run.file])
+            command = _column_of_command(run, column, campaign)
+            slips = [
+                f"{slip} {tell_how_to_turn(command)}" if slip in (ALL_RUNS, GIVES_WORK) else slip for slip in slips
+            ]
             saturated = "" if joint in campaign.drives else find_saturation(run, column)  # a drive has its own limit
             slips += [saturated] if saturated else []
             by_joint = [
@@ -96,7 +105,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             ]
             stated = campaign.parameter_overrides.get(joint, {})
             doubts.append((*_stillness(run, full, column, stated), *slips, *by_joint, *shared))
-            sentences.append((*_circumstances(run, column), *doubts[-1]))
+            is_closed = joint in closed and len(run.free_joints) == 1
+            sentences.append((*_circumstances(run, column, is_closed=is_closed), *doubts[-1]))
         made.append(
             Remarks(
                 run=run,
@@ -108,6 +118,14 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         )
         report()
     return tuple(made)
+
+
+def _column_of_command(run: Run, column: int, campaign: Campaign) -> str:
+    """Return the column of the campaign format that drives a joint of a run."""
+    joint = run.free_joints[column]
+    torque = f"force_{joint}_N" if run.prismatic[column] else f"torque_{joint}_Nm"
+    drive = campaign.drives.get(joint)
+    return torque if drive is None else COMMANDS.get(drive.kind, torque).format(joint=joint)
 
 
 def _with_estimates(run: Run, full: Run) -> Run:
@@ -159,8 +177,11 @@ def _lost_rows(run: Run) -> list[str]:
     ]
 
 
-def _circumstances(run: Run, column: int) -> list[str]:
-    """Return what any fit of one joint of a run has to know, and does."""
+def _circumstances(run: Run, column: int, *, is_closed: bool) -> list[str]:
+    """Return what any fit of one joint of a run has to know, and does.
+
+    ``is_closed`` says whether the run is simulated through a stated controller, which lets nothing drift.
+    """
     found = []
     noise, rounding = float(run.noise[column]), float(run.resolution[column]) / np.sqrt(12.0)
     if noise < rounding / THRESHOLDS.largest_stated_over_estimated_noise:
@@ -171,7 +192,7 @@ def _circumstances(run: Run, column: int) -> list[str]:
     if run.averaged_rows > 1:
         found.append(f"positions are averages over {run.averaged_rows} rows: simulations are averaged alike")
     sign = position_control(run, column)
-    if sign:
+    if sign and not is_closed:
         found.append(f"{sign}: recorded under position control, an open-loop simulation from the torque would drift")
     # Where rows come at irregular times, a long interval is no lost row.
     if not find_gaps(run.t).any() and float(np.diff(run.t).max()) > 5 * float(np.median(np.diff(run.t))):

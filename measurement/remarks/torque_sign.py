@@ -28,6 +28,22 @@ ALL_RUNS = (
 """What is said where every run of a joint is wrong."""
 
 
+def tell_how_to_turn(command: str) -> str:
+    """Say how the sign of what drives a joint is turned in all tables of a campaign.
+
+    Parameters
+    ----------
+    command
+        Column of the campaign format, as ``torque_0_Nm``.
+
+    Returns
+    -------
+    str
+        Clause that follows a remark.
+    """
+    return f"turn it by haptid init --map 'COLUMN={command}*-1' (in mN m, *-0.001), or the position likewise"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Rows:
     """Regressor and torque of a run, both over the norm of its torque.
@@ -135,7 +151,10 @@ def _wrong_of_group(runs: Sequence[Run]) -> dict[str, str]:
         return {run.file: ALL_RUNS for run in wrong}
     rest = [run.file for run in runs if run not in wrong]
     others_named = rest[0] if len(rest) == 1 else "the joint's other runs"
-    sentence = f"its torque fits those of {others_named} only with the opposite sign: is the torque's sign wrong?"
+    sentence = (
+        f"its torque fits those of {others_named} only with the opposite sign: is the torque's sign wrong? "
+        "multiply it by -1 in this run's table, or exclude the run"
+    )
     return {run.file: sentence for run in wrong}
 
 

@@ -66,6 +66,26 @@ def round_to_error(value: float, std: float) -> str:
     return f"{value:.{min(max(digits, 2), 9)}g}"
 
 
+def write_gain(gain: float) -> str:
+    """Write a difference of log-likelihoods or of criteria in whole numbers, of those from a million on three digits.
+
+    Parameters
+    ----------
+    gain
+        Difference [1].
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> write_gain(1234.56), write_gain(16184308724.967)
+    ('1235', '1.62e+10')
+    """
+    return f"{gain:.0f}" if abs(gain) < 999_999.5 else f"{gain:.3g}"
+
+
 def in_thousandths(value: float, unit: str) -> str:
     """Write a residual in mrad, mm or mN m, so that a column can be read down; from 1 on in the unit itself.
 

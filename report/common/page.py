@@ -11,7 +11,7 @@ from importlib.resources import files
 
 import jinja2
 from jinja2.utils import htmlsafe_json_dumps
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.report.common.style import inks_css
@@ -349,4 +349,12 @@ def _write_panels(panels: Sequence[Panel]) -> Markup:
     return htmlsafe_json_dumps([asdict(panel) for panel in panels])
 
 
+def _with_breaks(name: str) -> Markup:
+    """Let the name of a file go on in the next line before a dot and after an underscore, and not within a word."""
+    place = Markup("<wbr>")
+    text = escape(name)
+    return text.replace(".", place + ".").replace("_", "_" + place)
+
+
 _ENVIRONMENT.filters["as_json"] = _write_panels
+_ENVIRONMENT.filters["with_breaks"] = _with_breaks

@@ -53,6 +53,7 @@ PLAIN_WORDS = {
     "status-at_bound": "stopped at the end of the range that it may take",
     "whole-as_noise": "noise alone is left",
     "whole-explained": "above the noise, by what the parameters leave open",
+    "whole-uncertain": "the parameters leave too much open to tell",
     "whole-unexplained": "more is left than the parameters leave open",
     "verdict-partly_named": "something smaller is left",
     "verdict-ambiguous": "several explanations fit alike",
@@ -184,6 +185,12 @@ WHOLE = _group(
         "explained", "good",
         "The whole model leaves more than the noise, but no more than the parameters' uncertainty explains.",
         "Run tests in the lock postures that haptid plan proposes, to narrow it.",
+    ),
+    (
+        "uncertain", "look",
+        "The whole model leaves more than the noise, and its parameters leave so much open that this says nothing: "
+        "whatever it lacks would be hidden.",
+        "Expect the FMU of the device to miss by as much; run tests in the lock postures that haptid plan proposes.",
     ),
     (
         "unexplained", "bad",

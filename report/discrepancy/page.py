@@ -21,7 +21,7 @@ from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.quantity import Quantity
 from haptid.report.common.cycles import cycles_picture
-from haptid.report.common.numbers import in_thousandths, round_to_error, with_error
+from haptid.report.common.numbers import in_thousandths, round_to_error, with_error, write_gain
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
 from haptid.report.discrepancy.motion_pictures import before_after_pictures
@@ -61,7 +61,7 @@ def _effects(finding: Finding) -> Table:
     rows = [
         (
             *(e.id, id, _with_unit(with_error(x.value, x.std), x.unit)),
-            *(_ends(x), f"{e.evidence:.0f}", write_share(finding.stability, e.key)),
+            *(_ends(x), write_gain(e.evidence), write_share(finding.stability, e.key)),
         )
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
@@ -120,8 +120,8 @@ def _ranking(finding: Finding) -> list[Table]:
     rows = [
         (
             " + ".join(t.solution.keys) or "noise alone",
-            f"{before.bic - t.candidate.bic:.0f}",
-            f"{2 * (t.candidate.prediction.score - before.prediction.score):.0f}",
+            write_gain(before.bic - t.candidate.bic),
+            write_gain(2 * (t.candidate.prediction.score - before.prediction.score)),
             _write_adequacy(t),
             "yes" if t is taken else "",
         )
@@ -260,7 +260,7 @@ def _scores(finding: Finding) -> Table:
     rows = [
         (
             s.key,
-            f"{s.T:.0f}",
+            write_gain(s.T),
             f"{s.dof}",
             "below 1e-12" if s.family_p < 1e-12 else f"{s.family_p:.2g}",
             _write_flipped(s),

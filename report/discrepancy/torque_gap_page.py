@@ -14,7 +14,7 @@ from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.quantity import Quantity
 from haptid.report.common.charts import picture_of
-from haptid.report.common.numbers import with_error
+from haptid.report.common.numbers import with_error, write_gain
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
 from haptid.report.discrepancy.glance import torque_glance
@@ -179,7 +179,7 @@ def _rounds(finding: TorqueFinding) -> list[Table]:
             header=("entry", "gain in BIC", "evidence on held-out stretches", left, "taken"),
             rows=[
                 (
-                    c.key, f"{c.bic:.0f}", f"{c.evidence:.0f}",
+                    c.key, write_gain(c.bic), write_gain(c.evidence),
                     f"{factor * rms(c.model.unseen):.2f}", "yes" if c is step.taken else "",
                 )
                 for c in step.candidates

@@ -31,12 +31,18 @@ def localisation_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Pi
     Picture
         What `localisation_figure` draws.
     """
+    names = [AXES[m.variable][0].partition(" [")[0] for m in _drawn(maps)]
     return picture_of(
         localisation_figure(maps, prismatic),
         caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
         "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
-        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
+        alt=f"residual energy over {', '.join(names)}",
     )
+
+
+def _drawn(maps: Sequence[Map]) -> list[Map]:
+    """Return the maps that say something: all of the gap lies in the only cycle, and in the only run."""
+    return [m for m in maps if m.excess.size > 1]
 
 
 def localisation_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
@@ -50,13 +56,16 @@ def localisation_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Fig
     Returns
     -------
     Figure
-        A panel a variable, shares in %.
+        A panel a variable of more than one bin, shares in %.
     """
+    drawn = _drawn(maps)
     with style():
         made = figure(8.5, 4.4)
-        axes = made.subplots(2, -(-len(maps) // 2), sharey=True)
-        for axis, m in zip(axes.ravel(), maps, strict=True):
+        axes = made.subplots(2, -(-len(drawn) // 2), sharey=True, squeeze=False)
+        for axis, m in zip(axes.ravel(), drawn, strict=False):
             draw_shares(axis, m, prismatic)
+        for axis in axes.ravel()[len(drawn) :]:
+            axis.remove()
         for row in axes:
             row[0].set_ylabel("share [%]")
         axes[0, 0].legend(fontsize=7)
@@ -88,7 +97,7 @@ def _ticks(axis: Axes, m: Map) -> None:
     if m.labels:
         axis.set_xticks((m.edges[:-1] + m.edges[1:]) / 2, [x.split(".csv")[0] for x in m.labels])
     if m.variable == "cycle":
-        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     if m.variable == "run":
         axis.tick_params(axis="x", rotation=90, labelsize=6)
     if m.variable == "frequency_rad_s":

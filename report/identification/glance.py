@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from haptid.identification.output.summary import residual_unit, worst_score
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.told_outcome import LINEAR_HOLD, seems_held_by_mistake
-from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import in_thousandths
@@ -16,9 +15,6 @@ from haptid.report.common.words import Word, word_of
 from haptid.support.numbers import plain
 
 HEADER = ("joint", "verdict", "RMS, worst run", "× noise", "worst run", "what to do next", "files")
-LARGEST_RESIDUAL_OVER_EXPECTED = 2.0
-"""Residual RMS over √(noise² + spread²) up to which noise and parameter uncertainty explain the residual [1]: one draw
-of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
 RESULT = "identification.json"
 
 
@@ -79,36 +75,11 @@ def _next_action(step: Step, word: Word) -> str:
     return word.action
 
 
-def whole_word(verification: Verification) -> Word | None:
-    """Judge the whole model.
-
-    Parameters
-    ----------
-    verification
-        Check of the whole model.
-
-    Returns
-    -------
-    Word or None
-        None where no run was simulated.
-    """
-    joints = [joint for run in verification.runs for joint in run.joints]
-    if not joints:
-        return None
-    # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
-    if not all(joint.rmse_over_noise < float("inf") for joint in joints):
-        return word_of("whole-diverged")
-    if max(joint.rmse_over_noise for joint in joints) <= THRESHOLDS.largest_residual_as_noise:
-        return word_of("whole-as_noise")
-    excess = max(joint.over_expected for joint in joints)
-    return word_of("whole-unexplained" if excess > LARGEST_RESIDUAL_OVER_EXPECTED else "whole-explained")
-
-
 def _whole_row(verification: Verification, files: Sequence[str]) -> tuple[str | Cell, ...]:
-    word = whole_word(verification)
     links = Cell(links=(*files, RESULT))
-    if word is None:
+    if verification.outcome is None:
         return "all joints", "–", "–", "–", "–", "No run with all joints free judges the device: make one.", links
+    word = word_of(f"whole-{verification.outcome}")
     run, joint = worst_joint(verification)
     size = in_thousandths(joint.rmse_rad, unit_for("rad", [joint.prismatic]))
     verdict = Cell(text=word.text, word=word.key)

@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from haptid.identification.links.consistency import summary as consistency_summary
 from haptid.identification.output.plain_comparison import tell_size_and_share
 from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row, worst_score
@@ -20,11 +22,7 @@ from haptid.report.common.numbers import in_thousandths, with_error
 from haptid.report.common.page import Cell, Page, Section, Table, word_cell
 from haptid.report.identification.campaign_comparison import comparison_table
 from haptid.report.identification.figures import whole_picture
-from haptid.report.identification.glance import (
-    LARGEST_RESIDUAL_OVER_EXPECTED,
-    glance_table,
-    worst_joint,
-)
+from haptid.report.identification.glance import glance_table, worst_joint
 from haptid.support.numbers import plain
 
 METHOD = (
@@ -142,25 +140,38 @@ def _whole_sentence(verification: Verification, *, planned: bool) -> str:
     ``planned`` says whether joints were locked anywhere but at home.
     """
     joints = [j for run in verification.runs for j in run.joints]
-    worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
+    if verification.outcome == "diverged":
+        return "The simulation of the whole model does not stay finite on runs with all joints free."
+    scores = ("rmse_over_noise", "over_expected")
+    worst, excess = (float(np.nanmax([getattr(j, of) for j in joints])) for of in scores)
     _, one = worst_joint(verification)
     size = in_thousandths(one.rmse_rad, unit_for("rad", [one.prismatic]))
     said = (
-        f"The whole model predicts runs with all joints free to {size} (joint {one.joint}), within {worst:.3g} × noise "
-        "on the worst joint"
+        f"The whole model predicts runs with all joints free to {size} (joint {one.joint}), "
+        f"within {plain(worst, 3)} × noise on the worst joint"
     )
     closed = [j.rmse_over_noise for run in verification.runs if run.mode == "closed_loop" for j in run.joints]
     if closed and max(closed) < worst:
-        said += f", through the stated controller within {max(closed):.3g} × noise"
-    if worst <= THRESHOLDS.largest_residual_as_noise:
+        said += f", through the stated controller within {plain(max(closed), 3)} × noise"
+    if verification.outcome == "as_noise":
         return f"{said}."
-    if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
-        which = "more tests in" if planned else "tests in the"
+    which = "more tests in" if planned else "tests in the"
+    postures = f"{which} lock postures that haptid plan (python -m model.plan in a clone) proposes"
+    if verification.outcome == "explained":
         return (
-            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): {which} lock "
-            "postures that haptid plan (python -m model.plan in a clone) proposes would close it."
+            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): {postures} "
+            "would close it."
         )
-    return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
+    if verification.outcome == "uncertain":
+        widest = max(j.spread_over_noise for j in joints)
+        by = f"spreads by {plain(widest)} × noise" if np.isfinite(widest) else "has no known spread"
+        return (
+            f"{said}. That is uncertain: these tests leave the parameters so open that the prediction {by}, which "
+            f"would hide whatever the model lacks; {postures} would narrow it."
+        )
+    return (
+        f"{said}, {plain(excess, 3)} × what noise and the spread of the parameters explain: something is missing in it."
+    )
 
 
 def _overview(steps: Sequence[Step]) -> Section:

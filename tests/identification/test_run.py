@@ -107,7 +107,9 @@ def test_interrupted_run_goes_on_where_it_stopped(identified, campaign, tmp_path
         raise KeyboardInterrupt
 
     monkeypatch.setattr(flow, "write_json", stop_after_first)
-    assert run(campaign, "--out", tmp_path, "--no-export", *FAST).exit_code == 130
+    stopped = run(campaign, "--out", tmp_path, "--no-export", *FAST)
+    assert stopped.exit_code == 130
+    assert "1 of 1 configurations are kept: the same command goes on" in stopped.stderr
     monkeypatch.setattr(flow, "write_json", real)
     kept = json.loads((tmp_path / "identification.json").read_text())
     assert kept["complete"] is False

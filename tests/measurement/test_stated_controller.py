@@ -6,11 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.checks.recorded_torque import with_torques_that_were
 from haptid.measurement.checks.summary import summarise
+from haptid.measurement.commands import check
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.remarks.remarks import remarks_of
 from haptid.measurement.remarks.stated_controller import find_other_controllers
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.support.errors import LONGEST
@@ -128,6 +131,30 @@ def test_the_recorded_torque_takes_the_place_of_a_law_that_did_not_make_it(tmp_p
     assert run.u[:, 0] == pytest.approx(torque)
     (remark,) = [one for one in read.remarks if "recorded torque is used" in one]
     assert remark.startswith("joint 0: the torque of the stated controller is ")
+
+
+def test_the_check_tells_the_law_that_is_left_out_and_no_drift_of_a_law_that_stays(tmp_path: Path) -> None:
+    """Beside a stated controller the check said that a simulation would drift, and not that it left the law out."""
+    for share, stays in ((0.1, False), (1.0, True)):
+        position, speed, torque = moved(share)
+        columns = {"position_0_rad": position, "torque_0_Nm": torque}
+        columns |= {"velocity_0_rad_s": speed} if stays else {}
+        folder = tmp_path / str(share)
+        folder.mkdir()
+        checked = CliRunner().invoke(check, [str(campaign(folder, LAW, **columns))])
+        assert checked.exit_code == 0, checked.output
+        assert ("the recorded torque is used, and the controller left out" in checked.output) != stays
+        assert ("would drift" in checked.output) != stays
+    open_loop = [remark for one in remarks_of(read_campaign(folder)) for remark in one.by_joint[0]]
+    assert any("would drift" in remark for remark in open_loop)
+
+
+def test_readings_that_rest_show_no_noise_below_their_step(tmp_path: Path) -> None:
+    """A joint that rests for most of its run showed a noise of 7e-10 rad beside a step of 0.0015."""
+    position = STEP * np.round(0.3 * np.tanh(40 * (T - 2.0)) / STEP)
+    row = summarise(read_campaign(campaign(tmp_path, "", position_0_rad=position, torque_0_Nm=COMMAND)))[0]
+    assert row.facts["noise_rad"] < 1e-6
+    assert row.cells[-2:] == (f"<{STEP / np.sqrt(12):.2g}", f"~{STEP:.2g}")
 
 
 def test_a_law_that_made_the_torque_stays(tmp_path: Path) -> None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from haptid.measurement.commands import init
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.remarks.suspicions import suspicions
@@ -55,8 +58,30 @@ def test_where_all_signs_are_wrong_the_inertia_says_so():
 def test_of_two_runs_the_inertia_tells_which():
     runs = turned(fast_runs((9.0, 14.0), viscous=0.3), 1)
     assert wrong_signs(runs) == {
-        "w14.csv": "its torque fits those of w9.csv only with the opposite sign: is the torque's sign wrong?"
+        "w14.csv": "its torque fits those of w9.csv only with the opposite sign: is the torque's sign wrong? "
+        "multiply it by -1 in this run's table, or exclude the run"
     }
+
+
+def test_what_mends_a_wrong_sign_of_all_runs_does(tmp_path: Path):
+    """The remark asked whether the sign was wrong, and did not say what to do."""
+    tables = tmp_path / "tables"
+    tables.mkdir()
+    for run in fast_runs():
+        table = np.column_stack([run.t, -1000.0 * run.u[:, 0], run.y[:, 0]])
+        np.savetxt(tables / run.file, table, delimiter=",", header="t,M [Nmm],phi", comments="")
+    maps = ["--map", "t=time_s", "--map", "phi=position_0_rad", "--yes", "--map"]
+
+    def remarks_with(factor: str) -> list[str]:
+        out = tmp_path / f"factor{factor}"
+        arguments = [str(tables), "--out", str(out), *maps, f"M [Nmm]=torque_0_Nm*{factor}"]
+        made = CliRunner().invoke(init, arguments)
+        assert made.exit_code == 0, made.output
+        return [one for one in made.output.splitlines() if "torque's sign" in one]
+
+    remedy = "turn it by haptid init --map 'COLUMN=torque_0_Nm*-1' (in mN m, *-0.001), or the position likewise"
+    assert all(said.endswith(remedy) for said in remarks_with("0.001"))
+    assert not remarks_with("-0.001")
 
 
 def test_excluded_runs_and_other_postures_are_not_compared():

@@ -77,8 +77,12 @@ DISCREPANCY = of(
         "key=lambda t: t.candidate.criterion)",
         "key=lambda t: -t.candidate.criterion)",
     ),
-    ("a gain of the other sign", "{before.bic - t.candidate.bic:.0f}", "{t.candidate.bic - before.bic:.0f}"),
-    ("half the evidence", "{2 * (t.candidate.prediction.score", "{(t.candidate.prediction.score"),
+    (
+        "a gain of the other sign",
+        "write_gain(before.bic - t.candidate.bic)",
+        "write_gain(t.candidate.bic - before.bic)",
+    ),
+    ("half the evidence", "write_gain(2 * (t.candidate", "write_gain((t.candidate"),
     ("the base model taken", '"yes" if t is taken else ""', '"yes" if t is found.plain else ""'),
     ("parameters after for before", 'f"{base[p.id]:.5g}"', 'f"{final[p.id]:.5g}"'),
     ("a change of the other sign", "(after / before - 1)", "(before / after - 1)"),
@@ -114,7 +118,7 @@ TORQUE = of(
         "_value(found.base, quantity), _value(found.final",
         "_value(found.final, quantity), _value(found.base",
     ),
-    ("BIC for evidence", 'f"{c.bic:.0f}", f"{c.evidence:.0f}"', 'f"{c.evidence:.0f}", f"{c.bic:.0f}"'),
+    ("BIC for evidence", "write_gain(c.bic), write_gain(c.evidence)", "write_gain(c.evidence), write_gain(c.bic)"),
     ("another candidate taken", '"yes" if c is step.taken', '"yes" if c is not step.taken'),
     ("directions swapped", '(left.up, "position grows"', '(left.down, "position grows"'),
     ("errors of two σ", "factor * left.std, fmt", "2 * factor * left.std, fmt"),
@@ -145,7 +149,7 @@ DRAWS = of(
 IDENTIFICATION = of(
     "identification/page.py",
     "test_identification_pages.py",
-    ("best for worst joint", "(max(getattr(j, of) for j", "(min(getattr(j, of) for j"),
+    ("best for worst joint", "np.nanmax([getattr(j, of) for j", "np.nanmin([getattr(j, of) for j"),
     ("the spread for the RMS", 'f"{j.rmse_rad:.3g}"', 'f"{j.spread_rad:.3g}"'),
     ("over noise for over expected", 'f"{j.over_expected:.2f}"', 'f"{j.rmse_over_noise:.2f}"'),
     ("a link's error a tenth", 'with_error(one["value"], one["std"])', 'with_error(one["value"], one["std"] / 10)'),
@@ -192,7 +196,6 @@ GLANCE = of(
     ("over the noise for the size", "in_thousandths(worst.rmse_rad, unit)", "in_thousandths(worst.over_noise, unit)"),
     ("over range for over noise", "plain(worst.over_noise, 3)", "plain(worst.nrmse, 3)"),
     ("the best joint of the device", "return max(pairs, key", "return min(pairs, key"),
-    ("explained for unexplained", "excess > LARGEST", "excess < LARGEST"),
     ("files of the device with a joint", "if file not in own]", "if file in own]"),
 )
 DIAGNOSIS = (

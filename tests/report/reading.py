@@ -63,6 +63,7 @@ class Seen(HTMLParser):
     links: list[str] = field(default_factory=list)
     targets: set[str] = field(default_factory=set)
     policy: str = ""
+    may_break: bool = False
     open: list[str] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
 
@@ -71,6 +72,7 @@ class Seen(HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         self.tags.add(tag)
+        self.may_break = tag == "wbr"
         given = dict(attrs)
         assert not [name for name in given if name.startswith("on")]
         if tag not in VOID:
@@ -114,7 +116,9 @@ class Seen(HTMLParser):
             return
         if self.open and self.open[-1] == "style":
             return
-        self.words.append(data)
+        # A place where a line may end parts no word.
+        self.words.append(self.words.pop() + data if self.may_break else data)
+        self.may_break = False
         if {"h2", "summary"} & set(self.open):
             self.heading += data
         if "caption" in self.open:

@@ -178,8 +178,16 @@ def wordy(tmp_path_factory) -> Path:
     header = ("joint", "verdict", "missing", "missed before", "missed after", "× noise", "worst run")
     header += ("what to do next", "files")
     action = "Either model serves: choose by what is known of the machine."
-    row = ("0", word_cell("verdict", "ambiguous"), "friction_law, amplifier_lag", "0.645 mrad", "0.101 mrad", "1.02")
+    row = (
+        "0",
+        word_cell("verdict", "ambiguous"),
+        "amplitude_scatter, amplifier_lag",
+        "0.645 mrad",
+        "0.101 mrad",
+        "1.02",
+    )
     row += (f"{long}.csv (validate)", action, Cell(links=("joint0.json", f"../fmu/{long}.fmu")))
+    alone = ("1", *row[1:-1], Cell(links=("identification.json",)))
     unfit = Cell(text="uncertain: the model leaves 2.4 times the noise", word="unfit-uncertain")
     known = (
         "inertia",
@@ -206,7 +214,7 @@ def wordy(tmp_path_factory) -> Path:
     ]
     page = Page(
         title="Joint 0", lead="l", sections=[Section(title="Joint 0", tables=tables)], synthetic=True,
-        glance=Table(header=header, rows=[row]),
+        glance=Table(header=header, rows=[row, alone]),
     )  # fmt: skip
     return write_page(tmp_path_factory.mktemp("wordy") / "report.html", page)
 
@@ -234,6 +242,16 @@ def test_no_word_of_an_outcome_is_broken(visit, wordy, width):
     assert len(words) >= 5
     for word in words:
         assert set(word.evaluate(LINES_OF_WORDS)) == {1}, word.inner_text()
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_names_break_beside_dots_and_underscores_alone(visit, wordy, width):
+    """Where a joint had no FMU, its column of files read "identification.jso/n", and an effect "amplitude_sc/atter"."""
+    shown = visit(wordy, width)
+    (link,) = shown.locator(".glance a[href='identification.json']").all()
+    effect = shown.locator(".glance td[data-label='missing']").first
+    for name in (link, effect):
+        assert set(name.evaluate(LINES_OF_WORDS)) == {1}
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -12,7 +12,7 @@ import pytest
 from haptid.discrepancy.candidate.candidate import Candidate
 from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.detectable import Detectable
-from haptid.discrepancy.detect.localise import Region
+from haptid.discrepancy.detect.localise import Map, Region
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.detect.score_tests import Scan, Score
 from haptid.discrepancy.finding.finding import Curve, Finding
@@ -26,8 +26,10 @@ from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.next_experiment import Proposal
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect
 from haptid.report.common.page import Page, Section
+from haptid.report.common.style import figure
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import gap_picture, scores_picture
+from haptid.report.discrepancy.where_pictures import draw_shares, localisation_figure, localisation_picture
 from tests.report.known import MAPPED, STIFFNESS, known_equations, known_maps, known_run
 from tests.report.reading import Seen, ends_of_band, render
 
@@ -388,3 +390,22 @@ def test_the_pictures_of_the_stages_draw_the_same():
     assert [float(f"{y:.6g}") for y in gap.axes[0].lines[0].get_ydata()] == [30.0, 50.0, 10.0, -10.0]
     assert ends_of_band(gap.axes[0]) == [-0.4, 0.4]
     assert [bar.get_width() for bar in scores.axes[0].containers[0]] == pytest.approx([-np.log10(0.017), 16.0])
+
+
+def test_a_variable_of_one_bin_is_not_drawn():
+    """The panel of the only cycle said nothing, and its ticks stood over each other."""
+    only = Map(variable="cycle", edges=np.array([-0.5, 0.5]), excess=np.array([3.0]), rows=np.array([7.0]))
+    maps = (*known_maps()[:2], only)
+    drawn = localisation_figure(maps, [False])
+    assert [axis.get_xlabel() for axis in drawn.axes] == ["position [rad]", "speed [rad/s]"]
+    assert localisation_picture(maps, [False]).alt == "residual energy over position, speed"
+    axis = figure().subplots()
+    draw_shares(axis, only, [False])
+    assert [tick for tick in axis.get_xticks() if 0.5 <= tick <= 1.5] == [1.0]
+
+
+def test_a_large_evidence_is_told_with_three_digits():
+    """16184308725 was told: twice the gain of log-likelihoods of thousands of rows by a sensor without noise."""
+    effects = [replace(effect, evidence=16184308724.967838) for effect in JUDGEMENT.effects]
+    page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, effects=effects)))
+    assert page.table("What is missing").row("cogging", "a")["evidence"] == "1.62e+10"

@@ -17,7 +17,7 @@ from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.words import parameter_rows as variable_rows
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.output.priors import tell_device_inertia, tell_priors, tell_unused_priors
-from haptid.identification.output.summary import attention, parameter_rows
+from haptid.identification.output.summary import attention, parameter_rows, tell_summary
 from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome
@@ -36,6 +36,7 @@ from haptid.report.identification.glance import glance_table
 from haptid.report.identification.page import Beside, identification_page
 from haptid.report.identification.parameter_figures import half_widths, interval_figure
 from haptid.support.numbers import plain
+from haptid.support.tables import text_of
 from tests.report.known import STIFFNESS, T, known_equations, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
 
@@ -174,7 +175,7 @@ def test_the_lead_has_the_worst_unseen_run_and_the_worst_joint(page):
 @pytest.mark.parametrize(("home", "which"), [(True, "tests in the lock"), (False, "more tests in lock")])
 def test_the_lead_tells_the_closed_loop_apart_and_which_tests_would_help(home, which):
     (closed,) = VERIFICATION.runs
-    quiet = tuple(replace(one, rmse_over_noise=1.27, rmse_rad=1e-3, spread_rad=1.0) for one in closed.joints)
+    quiet = tuple(replace(one, rmse_over_noise=1.27, rmse_rad=1e-3, spread_rad=2e-3) for one in closed.joints)
     open_loop = tuple(replace(one, rmse_over_noise=2.48) for one in quiet)
     runs = (replace(closed, joints=quiet), replace(closed, joints=open_loop, mode="open_loop"))
     posture = (0.0,) * 5 if home else STEP.configuration.posture
@@ -183,6 +184,20 @@ def test_the_lead_tells_the_closed_loop_apart_and_which_tests_would_help(home, w
     said = "within 2.48 × noise on the worst joint, through the stated controller within 1.27 × noise; what these tests"
     assert said in seen.paragraphs[0]
     assert which in seen.paragraphs[0]
+
+
+def test_a_whole_model_whose_parameters_would_explain_anything_is_uncertain_on_page_and_terminal():
+    """214 times the noise had a green tick, because the parameters spread by fifty times as much."""
+    (closed,) = VERIFICATION.runs
+    verification = replace(VERIFICATION, runs=(replace(closed, joints=(joint_check(1, 0.028, 214.0, 1.4),)),))
+    page = render(whole_page, "An arm", (STEP,), [[]], (None,), DATA, verification)
+    assert "to 28 mrad (joint 1), within 214 × noise on the worst joint. That is uncertain" in page.paragraphs[0]
+    assert "spreads by 11000 × noise" in page.paragraphs[0]
+    verdict = glance_table([STEP], verification, ()).rows[1][1]
+    assert verdict.text == "uncertain"
+    assert word_of(verdict.word).level == "look"
+    assert "Whole model: uncertain" in text_of(tell_summary([STEP], verification.as_json()))
+    assert "Whole model: uncertain" not in text_of(tell_summary([STEP], VERIFICATION.as_json()))
 
 
 @pytest.mark.parametrize(("number", "step", "again"), [(1, STEP, True), (2, STEP, False), (2, POOR_STEP, True)])

@@ -109,6 +109,17 @@ def test_links_of_the_readme(target: str):
     assert (ROOT / target).exists()
 
 
+def test_links_of_the_pages_lead_to_a_file_of_the_clone():
+    """Pages that are generated were linked eighteen times, and were not there."""
+    dead = [
+        f"{page.relative_to(ROOT)}: {target}"
+        for page in sorted((ROOT / "docs").rglob("*.md"))
+        for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+        if ":" not in target and not (page.parent / target).exists()
+    ]
+    assert not dead
+
+
 @pytest.mark.parametrize("module", sorted(set(re.findall(r"python -m ([\w.]+)", README))))
 def test_commands_of_the_readme(module: str):
     assert importlib.util.find_spec(module) is not None

@@ -196,3 +196,17 @@ def test_origin_and_date_are_stated(stated: str | None, date: str, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
     with pytest.raises(InputError, match="SOURCE_DATE_EPOCH: expected whole seconds"):
         model_description(interface, guid="{}", python=False, text="joint")
+
+
+@pytest.mark.parametrize(("friction", "display"), [(0.02, "mN.m"), (40.0, None)])
+@pytest.mark.parametrize("write", [model_description, model_description3])
+def test_torques_are_shown_in_the_unit_of_their_size(write, friction: float, display: str | None):
+    """40 N m were 40000 mN m in every simulator."""
+    interface = interface_for(equations("joint4"), kind="native", values={"Fs": friction, "Fc": friction})
+    named = {"token": "{}"} if write is model_description3 else {"guid": "{}", "python": False}
+    root = ElementTree.fromstring(write(interface, text="joint", **named))
+    shown = [one.get("displayUnit") for one in root.iter() if one.get("unit") == "N.m"]
+    assert len(shown) > 3
+    assert set(shown) == {display}
+    (unit,) = [one for one in root.iter("Unit") if one.get("name") == "N.m"]
+    assert [one.get("name") for one in unit.iter("DisplayUnit")] == ([] if display is None else [display])

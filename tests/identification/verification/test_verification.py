@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from haptid.identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
+from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.embedded import embedded_campaign
@@ -135,3 +136,34 @@ def test_faulty_controller_tables_name_the_key(campaign: Campaign, change: dict[
 def test_unknown_value_is_refused(campaign: Campaign) -> None:
     with pytest.raises(InputError, match="mass_of_everything"):
         verify(load_device("freedom6s"), {"mass_of_everything": 1.0}, short(campaign), None)
+
+
+def check(over_noise: float, spread_over_noise: float) -> JointCheck:
+    """Return the check of a joint with a sensor noise of 1 mrad."""
+    return JointCheck(
+        joint=1, prismatic=False, rmse_rad=1e-3 * over_noise, rmse_over_noise=over_noise, nrmse=0.05,
+        torque_difference_Nm=0.0, torque_rms_Nm=1.0, spread_rad=1e-3 * spread_over_noise,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("over_noise", "spread", "outcome"),
+    [
+        (1.04, 50.0, "as_noise"),
+        (1.6, 1.5, "explained"),
+        (7.0, 7.0, "explained"),
+        (214.0, 1e4, "uncertain"),
+        (1.6, float("nan"), "uncertain"),
+        (7.0, 0.5, "unexplained"),
+        (float("nan"), 0.5, "diverged"),
+    ],
+)
+def test_the_whole_model_is_judged_by_noise_and_by_a_spread_that_is_no_excuse(over_noise, spread, outcome) -> None:
+    unknown = np.full((2, 1), np.nan)
+    run = RunCheck(
+        file="a.csv", use="validate", mode="open_loop", joints=(check(1.0, 0.1), check(over_noise, spread)), draws=20,
+        t=np.arange(2.0), measured=unknown, simulated=unknown, spread=unknown,
+    )  # fmt: skip
+    assert Verification(runs=(run,)).outcome == outcome
+    assert Verification(runs=(run,)).as_json()["outcome"] == outcome
+    assert Verification(runs=()).outcome is None
