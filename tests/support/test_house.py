@@ -35,6 +35,8 @@ PACKAGES = (
     "report",
     "support",
     "uq",
+    "virtual_device",
+    "haptid",
 )
 MOST_MODULES = 12
 """Most modules of a room, beside the one that says what the room is for."""
@@ -101,6 +103,8 @@ def test_no_room_holds_more_than_twelve_modules():
         path.parent.relative_to(ROOT).as_posix()
         for top in (*PACKAGES, "benchmarks", "docs", "studies")
         for path in (ROOT / top).rglob("*.py")
-        if path.name != "__init__.py"
+        # haptid/ holds links to the packages beside modules of its own.
+        if path.name != "__init__.py" and path.resolve().is_relative_to(ROOT / top)
     )
+    assert rooms["haptid"] > 0
     assert {room: count for room, count in rooms.items() if count > MOST_MODULES} == {}
