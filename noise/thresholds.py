@@ -39,6 +39,8 @@ class Thresholds:
     """Lower bound of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
     largest_scatter: float = 0.5
     """Upper bound of the search for s [1]."""
+    twice_gain_of_rounding: float = 1e-3
+    """Twice the gain in log-likelihood over s = 0 below which the gain is rounding [1]."""
     least_samples_of_scatter: int = 3
     """Smallest number of cycles, or of runs, for a scatter between them to be a candidate (`noise/noise_model.py`)."""
 

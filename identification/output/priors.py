@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from haptid.identification.result.fit import Fit
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.numbers import plain
-
-LARGEST_DISTANCE_FROM_PRIOR = 3.0
-"""Distance of an estimate from the mean of its prior, in standard deviations of the prior [1], up to which both agree:
-a normal prior that is right lies so near in 99.7 % of cases."""
 
 
 def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
@@ -26,7 +23,7 @@ def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
     -------
     list of str
         A sentence each for priors that were stated or carried over, and for restraints that nobody stated; one for each
-        stated prior that lies more than `LARGEST_DISTANCE_FROM_PRIOR` of its standard deviations away.
+        stated prior that lies farther away than `THRESHOLDS.largest_distance_from_prior_in_std`.
     """
     held: list[str] = []
     restrained: list[str] = []
@@ -36,7 +33,7 @@ def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
             continue
         name, prior = q.id if names is None else names[q.id], q.prior
         distance = abs(fit.values[q.id] - prior.mean) / prior.std if prior is not None else 0.0
-        if prior is not None and prior.source == "stated" and distance > LARGEST_DISTANCE_FROM_PRIOR:
+        if prior is not None and prior.source == "stated" and distance > THRESHOLDS.largest_distance_from_prior_in_std:
             std = fit.std[fit.index(q.id)]
             value = plain(fit.values[q.id], 3) + (f" ± {plain(std)}" if std > 0 else "")
             contradicted.append(
