@@ -50,8 +50,9 @@ class Thresholds:
 
     A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
     linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
-    Friction bends the readings within a change of 1e-3 already, where central differences are 1e-3 of a column off, and
-    forward differences of 1e-5 are 2e-5 off (joint 0 of the embedded device).
+    Friction bends the readings within a change of 1e-3 already: central differences of 1e-3 are 9e-4 (a cosine of joint
+    0 of the embedded device) and 3.5e-3 (a run of its joint 4) of the columns off, forward ones of 1e-5 are 5e-5 and
+    1.0e-3 off.
     """
     forgotten_share_of_cycle_effect: float = 1e-6
     """Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it [1].
