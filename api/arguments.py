@@ -55,13 +55,18 @@ def _columns_argument(maps: str) -> str:
 
 @contextmanager
 def listener_of(progress: bool | Listener | None) -> Iterator[Listener]:
-    """Return who listens to a computation.
+    """Hand who listens to a computation to the block.
 
     Parameters
     ----------
     progress
         True for a progress bar on stderr, False for nobody, None for a bar where somebody watches (`is_watched`), or a
         listener. Remarks and warnings are in the results.
+
+    Yields
+    ------
+    Listener
+        The given one, or one whose bar ends with the block.
     """
     if isinstance(progress, Listener):
         yield progress

@@ -44,6 +44,11 @@ class Place:
         folder
             Folder that may not exist yet; None for a temporary one.
 
+        Returns
+        -------
+        Place
+            Absolute, and temporary where no folder was given.
+
         Raises
         ------
         InputError, WritingError
@@ -64,6 +69,11 @@ class Place:
         ----------
         folder
             Folder of the user.
+
+        Returns
+        -------
+        Place
+            With an absolute path.
         """
         return cls(Path(folder).absolute())
 

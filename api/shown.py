@@ -45,6 +45,11 @@ def axes_or_new(ax: Axes | None) -> Axes:
     ----------
     ax
         Axes of the caller; None for new ones in a figure of pyplot, which notebooks show.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The given or the new ones.
     """
     if ax is not None:
         return ax

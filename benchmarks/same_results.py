@@ -3,6 +3,9 @@
 What a move of modules must not change: the locking plan, the FMU of a locked joint, fits, a posterior and a verdict,
 each with a fixed seed. Dates, durations, versions and the command line are left out of JSON; the rest must agree to
 the last bit. Pages (HTML, and their stored content) show dates and durations and are not compared.
+
+``--json`` keeps the outcome beside others in that file, and writes the page that shows them all; ``--page`` writes the
+page alone.
 """
 
 from __future__ import annotations
@@ -33,6 +36,16 @@ COMMANDS = {
 """Folder of the results: the command that writes them."""
 TOLD = {"code", "command", "data", "date", "inputs", "software", "version", "wall_s"}
 """Keys of JSON that tell of the run, not of its result; three of them hold the digest of the code."""
+
+
+INTRODUCTION = """# Are the results still the same?
+
+Modules that move and code that is merged must leave results as they were. Compared are the files that the same commands
+write before and after: the locking plan, an FMU, fits of joints 4 and 5 of the embedded campaign, a posterior and a
+verdict of joint 4 with a fixed seed. JSON is compared without what tells of the run (dates, durations, versions, the
+command), all other files byte for byte. Pages show dates and are left out.
+
+"""
 
 
 def run(revision: str, folder: Path) -> str:
@@ -83,12 +96,56 @@ def compare(before: Path, after: Path) -> dict[str, str]:
     return outcome
 
 
+def page_of(stored: dict[str, Any]) -> str:
+    """Return the page of stored comparisons and merges."""
+    lines = [INTRODUCTION]
+    for one in stored["comparisons"]:
+        files = one["files"]
+        same = sum(outcome == "same" for outcome in files.values())
+        lines.append(f"## {one['title']}\n\n")
+        lines.append(
+            f"`{one['command']}`, {one['date']}: {same} of {len(files)} files are the same. {one['remark']}\n\n"
+        )
+        folders = sorted({name.partition("/")[0] for name in files})
+        lines.append("| folder | written by | files | the same | differing |\n| --- | --- | ---: | ---: | --- |\n")
+        for folder in folders:
+            inside = {name: outcome for name, outcome in files.items() if name.startswith(f"{folder}/")}
+            differing = [f"`{name}` ({outcome})" for name, outcome in inside.items() if outcome != "same"]
+            command = " ".join(("python -m", *COMMANDS[folder]))
+            counts = f"{len(inside)} | {len(inside) - len(differing)}"
+            lines.append(f"| `{folder}/` | `{command}` | {counts} | {', '.join(differing) or 'none'} |\n")
+        lines.append("\n")
+    lines.append("## Merges\n\nWhat each merge was held against, before the code that it replaces went.\n\n")
+    lines.append("| merge | commit | held against what it replaces | on the real sets |\n| --- | --- | --- | --- |\n")
+    for merge in stored["merges"]:
+        lines.append(f"| {merge['merge']} | {merge['commit']} | {merge['held']} | {merge['real']} |\n")
+    return "".join(lines)
+
+
+def keep(path: Path, comparison: dict[str, Any]) -> None:
+    """Keep a comparison in a file, in the place of one of the same commits, and write its page."""
+    stored = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {"comparisons": [], "merges": []}
+    kept = stored["comparisons"]
+    places = [k for k, one in enumerate(kept) if one["command"] == comparison["command"]]
+    if places:  # title and remark were written by hand
+        kept[places[0]] |= comparison
+    else:
+        kept.append({"title": f"Commits {comparison['before']} and {comparison['after']}", "remark": ""} | comparison)
+    write_json(path, stored)
+    path.with_suffix(".md").write_text(page_of(stored), encoding="utf-8")
+
+
 @click.command()
 @click.option("--before", default="HEAD~1", show_default=True, help="Revision to compare with.")
 @click.option("--after", default="HEAD", show_default=True, help="Revision that is compared.")
 @click.option("--json", "stored", type=click.Path(path_type=Path, dir_okay=False), help="Keep the outcome here.")
-def main(before: str, after: str, stored: Path | None) -> None:
+@click.option("--page", type=click.Path(path_type=Path, exists=True), help="Write the page of these stored outcomes.")
+def main(before: str, after: str, stored: Path | None, page: Path | None) -> None:
     """Run two revisions and compare what they write; exit 1 where anything differs."""
+    if page is not None:
+        text = page_of(json.loads(page.read_text(encoding="utf-8")))
+        page.with_suffix(".md").write_text(text, encoding="utf-8")
+        return
     with tempfile.TemporaryDirectory() as folder:
         sides = [Path(folder) / "before", Path(folder) / "after"]
         commits = [run(revision, side) for revision, side in zip((before, after), sides, strict=True)]
@@ -100,7 +157,8 @@ def main(before: str, after: str, stored: Path | None) -> None:
     if stored is not None:
         command = f"python -m benchmarks.same_results --before {commits[0]} --after {commits[1]}"
         date = datetime.now(UTC).date().isoformat()
-        write_json(stored, {"command": command, "date": date, "files": outcome})
+        ends = {"before": commits[0], "after": commits[1]}
+        keep(stored, {"command": command, "date": date, **ends, "files": outcome})
     sys.exit(bool(differing))
 
 

@@ -72,6 +72,13 @@ def search_campaign(  # one argument an option
     -------
     dict
         The finding of ``joint``; where another choice was made, the findings by the name of their file.
+
+    Raises
+    ------
+    InputError
+        Where the campaign, the options or the user's effects are wrong, or the campaign has no runs to search.
+    WritingError
+        Where ``out`` cannot be written.
     """
     entries = entries_without({part for part in without.split(",") if part}, effects)
     whole = campaign_for_command(campaign)

@@ -71,6 +71,13 @@ def identify_campaign(  # noqa: PLR0913 # one argument an option
     -------
     dict
         Content of identification.json.
+
+    Raises
+    ------
+    InputError
+        Where the campaign, the options or the FMU are wrong, or an option is given that an FMU does not take.
+    WritingError
+        Where ``out`` cannot be written.
     """
     options = FitOptions(**choices)
     if model is not None or is_foreign(campaign):

@@ -344,6 +344,16 @@ class Thresholds:
     least_exchange_step_over_time: float = 1e-12
     """Distance between two times over the larger of them [1] up to which they are the same."""
 
+    # Remarks on stated priors.
+    largest_distance_from_prior_in_std: float = 3.0
+    """Distance of an estimate from the mean of its prior over the standard deviation of that prior [1], up to which
+    both agree: a normal prior that is right lies so near in 99.7 % of cases."""
+    least_difference_from_device: float = 0.2
+    """Difference of a fitted inertia from that of the device's file, over the latter [1], from which it is told: the
+    tenth that a CAD model leaves out (cables, screws, grease) is usual."""
+    least_errors_from_device: float = 3.0
+    """The same difference over the standard deviation of the fitted inertia [1]."""
+
     # Calibration of foreign FMUs.
     least_size_of_difference_step_over_unit: float = 1e-3
     """Size of a parameter at 0 over the unit of its coordinate [1]: the difference quotient needs a step there, too."""

@@ -38,6 +38,10 @@ class Thresholds:
     least_noise_in_higher_order: float = 0.8
     """Least standard deviation that differences of the highest order leave, over that of order 4, from which on both
     are noise [1]: noise leaves 0.9 to 1.1 on the recorders seen, motion of ten rows a period and fewer up to 0.5."""
+    stray_contrast_in_std: float = 3.0
+    """Magnitude of a divided difference over the noise [1] beyond which it counts as stray and not as noise."""
+    least_noise_over_range: float = 1e-9
+    """Least noise over the range of the readings [1]: readings without noise are not infinitely exact."""
 
     least_rows_of_noise_estimate: int = 100
     """Fewest rows, each k-th of a run, from which noise behind a filter is read [1]: it is known to 10 %."""
@@ -234,7 +238,17 @@ class Thresholds:
     longest_controller_delay_rows: int = 3
     """Longest delay of a controller that is looked for [rows]."""
 
+    # Columns of a new campaign.
+    largest_ratio_of_travels: float = 3.0
+    """Travel of a demanded over that of a measured position [1], or the inverse, up to which both are in one unit."""
+
     # Cycles and harmonics of the torque.
+    boundary_error_in_std: float = 5.0
+    """Error of a cycle boundary over the standard error of its phase [1]."""
+    least_boundary_error_cycles: float = 1e-6
+    """Least error of a cycle boundary [cycles], however exact the torque is."""
+    largest_boundary_error_cycles: float = 1e-4
+    """Largest error of a cycle boundary [cycles], however noisy the torque is."""
     least_line_share_of_variance: float = 0.5
     """Least share of the torque's variance on one line [1] for a run to count as periodic."""
     least_line_share_of_two_cycles: float = 0.95

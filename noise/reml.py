@@ -30,9 +30,6 @@ from scipy.optimize import minimize_scalar
 from haptid.measurement.values.run import Array
 from haptid.noise.thresholds import THRESHOLDS
 
-GAIN_OF_ROUNDING = 1e-3
-"""Twice the gain in log-likelihood over s = 0 below which the gain is rounding."""
-
 
 def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> tuple[float, float]:
     """Maximise the restricted likelihood of the amplitude scatter s ≥ 0.
@@ -75,4 +72,4 @@ def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> 
     bounds = np.log(THRESHOLDS.least_scatter), np.log(THRESHOLDS.largest_scatter)
     optimum = minimize_scalar(deviance, bounds=bounds, method="bounded")
     gain = -float(optimum.fun)  # the deviance is 0 at s = 0
-    return (float(np.exp(optimum.x)), gain) if gain > GAIN_OF_ROUNDING else (0.0, 0.0)
+    return (float(np.exp(optimum.x)), gain) if gain > THRESHOLDS.twice_gain_of_rounding else (0.0, 0.0)

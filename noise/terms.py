@@ -6,7 +6,7 @@ needs one simulation per parameter set.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptid.identification.problem.initial_states import start_of
-from haptid.identification.simulators.protocol import Resumable, Simulator, Trajectory, as_recorded
+from haptid.identification.simulators.protocol import Simulator, Trajectory
 from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
+from haptid.noise.cycle_torque import torque_columns
 from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS
 
@@ -164,7 +165,7 @@ def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: Noi
     terms
         The run.
     simulator
-        Simulates the run twice per cycle.
+        Simulates the run once, and once more for every cycle.
     theta
         Parameters at which the columns are taken, shape (n_p,).
     model
@@ -177,55 +178,11 @@ def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: Noi
     """
     if model.scatter != "torque":
         return terms
-    cycles = _torque_columns(simulator, theta, terms)
+    cycles = list(torque_columns(simulator, theta, terms.run, terms.x0, terms.cycle)[:, 0].T)
     n = len(terms.states)
     # The columns of the start come first; zeros hold their place until `linearise` takes them.
     start = terms.fixed[:n] if len(terms.fixed) >= n else np.zeros((n, terms.run.t.size))
     return terms.but(fixed=np.array([*start, *cycles, *([np.sum(cycles, axis=0)] if model.runs else [])]))
-
-
-def _torque_columns(simulator: Simulator, theta: Array, terms: Terms) -> list[Array]:
-    """Return ∂y/∂ξ of every cycle, shape (n_t,): central difference with the cycle's torque times 1 ± δ."""
-    run, share = terms.run, THRESHOLDS.torque_change_of_scatter_column
-    resumed = _Resumed(simulator, theta, terms) if isinstance(simulator, Resumable) else None
-    columns = []
-    for c, rows in enumerate(terms.slices):
-        change = share * run.u * (terms.cycle == c)[:, None]
-        ends = []
-        for changed in (run.but(u=run.u + change), run.but(u=run.u - change)):
-            y = resumed.simulate(changed, rows.start) if resumed is not None else None
-            ends.append(simulator.simulate(theta, changed, x0=terms.x0).y[:, 0] if y is None else y)
-        columns.append(np.asarray((ends[0] - ends[1]) / (2 * share)))
-    return columns
-
-
-@dataclass(slots=True)
-class _Resumed:
-    """Simulations of runs whose torque differs from that of ``terms`` from a cycle on, resumed at that cycle.
-
-    The cycles come in their order, so that the rows before them are simulated once.
-    """
-
-    simulator: Resumable
-    theta: Array
-    terms: Terms
-    rows: int = 0
-    y: list[Array] = field(default_factory=list)
-    x: Array | None = None
-
-    def simulate(self, changed: Run, first: int) -> Array | None:
-        """Return the positions [rad], shape (n_t,), where the torque changes at row ``first``; None if one diverges."""
-        # A torque that runs linearly between rows changes from the row before on.
-        start = max(first - 1, 0)
-        x = self.terms.x0 if self.x is None else self.x
-        if start > self.rows or self.x is None:
-            before, x = self.simulator.onward(self.theta, self.terms.run, slice(self.rows, start + 1), x)
-            self.y.append(before[:-1])
-            self.rows, self.x = start, x
-        after, _ = self.simulator.onward(self.theta, changed, slice(start, changed.t.size), x)
-        y = np.concatenate([*self.y, after])
-        # What a diverged simulation holds at its last rows is a matter of the whole run.
-        return as_recorded(changed, Trajectory(t=changed.t, y=y)).y[:, 0] if np.isfinite(y).all() else None
 
 
 def column_scales(terms: Terms, model: NoiseModel, hyper: dict[str, Array]) -> Array:

@@ -43,11 +43,29 @@ class Thresholds:
     """Lower bound of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
     largest_scatter: float = 0.5
     """Upper bound of the search for s [1]."""
-    torque_change_of_scatter_column: float = 1e-3
-    """Relative change of a cycle's torque, up and down, from which the column of a scatter on the torque is taken
-    (`noise/terms.py`) [1]."""
+    twice_gain_of_rounding: float = 1e-3
+    """Twice the gain in log-likelihood over s = 0 below which the gain is rounding [1]."""
     least_samples_of_scatter: int = 3
     """Smallest number of cycles, or of runs, for a scatter between them to be a candidate (`noise/noise_model.py`)."""
+
+    # Effect of a cycle's torque on the readings (`noise/cycle_torque.py`).
+    torque_change_of_scatter: float = 1e-5
+    """Relative change of a cycle's torque from which its effect on the reading is taken [1].
+
+    A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
+    linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
+    Friction bends the readings within a change of 1e-3 already: central differences of 1e-3 are 9e-4 (a cosine of joint
+    0 of the embedded device) and 3.5e-3 (a run of its joint 4) of the columns off, forward ones of 1e-5 are 5e-5 and
+    1.0e-3 off.
+    """
+    forgotten_share_of_cycle_effect: float = 1e-6
+    """Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it [1].
+
+    A joint that dissipates does so within a few cycles; what follows is not simulated.
+    """
+    most_parts_of_run: int = 20
+    """Largest number of parts of a run after each of which the effect of a cycle may count as forgotten; none is
+    shorter than the cycle."""
 
     # Priors (`noise/hyper.py`, `noise/terms.py`).
     stated_noise_log_std: float = 0.05

@@ -17,7 +17,7 @@ import numpy as np
 
 from haptid.discrepancy.detect.score_tests import project
 from haptid.discrepancy.detect.signatures import signatures
-from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.checks.preparation import campaign_for_command
@@ -32,7 +32,7 @@ SHOWN = 0.02
 
 def subspaces(study: Study) -> dict[str, list[Array]]:
     """Return orthonormal bases (n_r, amplitudes) of every entry's visible signatures, by id."""
-    base = fit_base(study, starts=4, seed=0).solution
+    base = fit_nominal(study, starts=4, seed=0).solution
     entries = study.in_si(base.values)
     found = signatures(study, base, list(entries.values()))
     _, D, survives = project(study, base, found)

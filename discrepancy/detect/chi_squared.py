@@ -9,10 +9,8 @@ import numpy as np
 from scipy.special import gammaln
 from scipy.stats import chi2, f
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-
-LEAST_STATISTIC_OF_SERIES = 500.0
-"""Statistic beyond which the asymptotic series replaces the exact tail."""
 
 
 def log_tail(T: float, dof: float, freedom: float = np.inf) -> float:
@@ -60,7 +58,7 @@ def log_tails(T: Array, dof: float) -> Array:
     ----------
     DLMF 8.11.2.
     """
-    limit = max(LEAST_STATISTIC_OF_SERIES, 50.0 * dof)
+    limit = max(THRESHOLDS.detect.least_statistic_of_series, 50.0 * dof)
     a, x = dof / 2.0, np.maximum(T, limit) / 2.0
     far = (a - 1.0) * np.log(x) - x + np.log1p((a - 1.0) / x) - gammaln(a)
     return np.asarray(np.where(limit > T, chi2.logsf(np.minimum(T, limit), dof), far))

@@ -1,4 +1,4 @@
-"""Fit the nominal model from several starts: `Study` in, `Base` out.
+"""Fit the nominal model from several starts: `Study` in, `NominalFit` out.
 
 1. Begin with the fit of the identification, where it was made of the same runs.
 2. Where its own starts did not agree, or there is none, lay out starts by a Sobol sequence.
@@ -31,7 +31,7 @@ from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Base:
+class NominalFit:
     """Fit of the nominal model with the record of its starts.
 
     Parameters
@@ -73,7 +73,7 @@ def agreeing(costs: Sequence[float], rows: int) -> int:
     return sum(cost <= best + room for cost in costs)
 
 
-def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = ignore_progress) -> Base:
+def fit_nominal(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = ignore_progress) -> NominalFit:
     """Fit the nominal model from several starts, under white noise.
 
     The fit of the identification, where there is one, is the first of them: it is refined at the study's inner step,
@@ -92,7 +92,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
 
     Returns
     -------
-    Base
+    NominalFit
         Best minimum with the costs of all starts.
 
     Raises
@@ -109,7 +109,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
             found, agreed = [refined], len(study.carried.basins[0].starts)
     if agreed >= THRESHOLDS.fit.starts_that_agree:
         # The starts of the identification that agreed on this minimum.
-        return Base(solution=found[0], costs=(found[0].chi2,) * agreed, reached=agreed, calls=calls)
+        return NominalFit(solution=found[0], costs=(found[0].chi2,) * agreed, reached=agreed, calls=calls)
     first = start_vector(study.base, {})
     parametrisation = lay_out_under_observer(study, ()).parametrisation
     most = THRESHOLDS.fit.starts_that_agree
@@ -125,7 +125,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress = i
         raise NumericalError(msg)
     costs = tuple(s.chi2 for s in found)
     best = min(found, key=lambda s: s.chi2)
-    return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
+    return NominalFit(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
 
 
 def _are_enough(costs: Sequence[float], rows: int) -> bool:
@@ -148,7 +148,7 @@ def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int
         yield from map_threads(one, starts[k : k + together], threads=study.threads)
 
 
-def at_own_step(study: Study, base: Base) -> Base:
+def at_own_step(study: Study, base: NominalFit) -> NominalFit:
     """Fit the nominal model again, under white noise, at the inner step of a study.
 
     Parameters
@@ -160,14 +160,14 @@ def at_own_step(study: Study, base: Base) -> Base:
 
     Returns
     -------
-    Base
+    NominalFit
         With the minimum at that step, and the costs of the starts as they were.
     """
     solution = _refine(study, base.solution.values, base.solution.x0)
     return replace(base, solution=solution, calls=base.calls + solution.calls)
 
 
-def with_stiffer_presliding(study: Study, base: Base) -> tuple[Study, Base]:
+def with_stiffer_presliding(study: Study, base: NominalFit) -> tuple[Study, NominalFit]:
     """Widen the range of the stiffness in presliding as long as the nominal model ends on it and leaves less beyond.
 
     That range is a guess from the travel where neither user nor device states it. A joint whose friction turns within

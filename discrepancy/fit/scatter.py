@@ -8,18 +8,17 @@ linearisation is repeated about the most probable amplitudes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from haptid.discrepancy.study.channels import alone
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.signals.cycles import Cycles, whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Noise, Scatter, Whitener
+from haptid.noise.cycle_torque import torque_columns
 
 
 def cycles_of(run: Run, scatter: Scatter) -> Cycles:
@@ -67,9 +66,8 @@ def cycle_columns(
 
     Notes
     -----
-    On the reading, column c is q − centre of the joint within cycle c and 0 elsewhere. On the torque, it is
-    the difference of two simulations over the relative change of the cycle's torque that they differ by
-    (``torque_change_of_scatter``); the second begins where cycle c begins and ends where the joint has forgotten it.
+    On the reading, column c is q − centre of the joint within cycle c and 0 elsewhere. On the torque, it is that of
+    `torque_columns`.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     at = scatter.column
@@ -78,47 +76,8 @@ def cycle_columns(
         M = np.zeros((*y.shape, cycles.count))
         M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
     else:
-        # Where the torque runs linearly between rows, a changed cycle acts from the row before it on.
-        first = np.maximum(np.searchsorted(cycles.index, np.arange(cycles.count)) - 1, 0).tolist()
-        y, states = _with_states(simulator.coarse, theta, run, x0, first)
-        M = np.zeros((*y.shape, cycles.count))
-        for c, (begin, end) in enumerate(pairwise((*first, run.t.size - 1))):
-            u = run.u.copy()
-            u[cycles.index == c, at] *= 1.0 + THRESHOLDS.fit.torque_change_of_scatter
-            change = _change(simulator.coarse, theta, run.but(u=u), states[c], y, begin, end)
-            M[..., c] = change / THRESHOLDS.fit.torque_change_of_scatter
+        M = torque_columns(simulator.coarse, theta, run, x0, cycles.index, column=at)
     return np.asarray(M / run.sensor_std[:, None])
-
-
-def _with_states(
-    simulator: KernelSimulator, theta: Array, run: Run, x0: Array, rows: Sequence[int]
-) -> tuple[Array, list[Array]]:
-    """Return the readings (n_t, n_joints) and the state at each of some ascending rows."""
-    y: Array = np.empty(run.y.shape)
-    x, states = x0, list[Array]()
-    for row, until in pairwise((0, *rows, run.t.size - 1)):
-        read, x = simulator.onward(theta, run, slice(row, until + 1), x)
-        y[row : until + 1] = read[:, : y.shape[1]]
-        states.append(x)
-    return y, states[:-1]
-
-
-def _change(simulator: KernelSimulator, theta: Array, run: Run, x: Array, y: Array, begin: int, end: int) -> Array:
-    """Return the change of the readings from ``y`` (n_t, n_joints), simulated from the state x at row ``begin``.
-
-    The torque differs in the rows from ``begin`` to ``end``. The simulation stops where that difference is forgotten.
-    """
-    change, largest, last = np.zeros_like(y), 0.0, run.t.size - 1
-    rows_of_part = max(end - begin, last // THRESHOLDS.fit.most_parts_of_run, 1)
-    for a, b in pairwise((begin, *range(end, last, rows_of_part), last)):
-        rows = slice(a, b + 1)
-        read, x = simulator.onward(theta, run, rows, x)
-        change[rows] = read[:, : y.shape[1]] - y[rows]
-        now = float(np.abs(change[rows]).max())
-        if a != begin and now <= THRESHOLDS.fit.forgotten_share_of_cycle_effect * largest:
-            break
-        largest = max(largest, now)
-    return change
 
 
 def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:

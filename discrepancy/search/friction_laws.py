@@ -19,7 +19,7 @@ from haptid.discrepancy.candidate.refit import likeliest, settle
 from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.inner_step import at_step, step_for
 from haptid.discrepancy.detect.omnibus import omnibus
-from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.fit.nominal_fit import NominalFit
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.study.under_law import under_law
@@ -48,7 +48,7 @@ class OtherLaw:
     """
 
     study: Study
-    base: Base
+    base: NominalFit
     passes: bool
     simpler: bool
 
@@ -156,7 +156,7 @@ def _to_the_end(study: Study, start: Trial, white: Solution, other: Study, best:
     calls += solution.calls
     candidate = settle(other, (), solution)
     trial = Trial(candidate=candidate, left=omnibus(other, candidate.solution)).against(start.candidate)
-    base = Base(solution=solution, costs=(solution.chi2,), reached=1, calls=calls + candidate.calls)
+    base = NominalFit(solution=solution, costs=(solution.chi2,), reached=1, calls=calls + candidate.calls)
     passes = trial.passes and trial.acceptable
     fewer = candidate.parameters <= start.candidate.parameters
     little = THRESHOLDS.search.largest_excess_under_right_law * (white.chi2 - study.rows)

@@ -12,7 +12,7 @@ from haptid.discrepancy.detect.rigid_residual import residual_over_position
 from haptid.discrepancy.detect.score_tests import Scan, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.detect.waves import with_waves
-from haptid.discrepancy.fit.nominal_fit import Base, at_own_step, fit_base, with_stiffer_presliding
+from haptid.discrepancy.fit.nominal_fit import NominalFit, at_own_step, fit_nominal, with_stiffer_presliding
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.trials.judging import judge_candidate, judge_on_other_path
 from haptid.discrepancy.search.trials.searcher import Searcher
@@ -25,7 +25,7 @@ from haptid.noise.correlation import Noise
 from haptid.support.listener import Progress
 
 
-def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -> tuple[Study, Base]:
+def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -> tuple[Study, NominalFit]:
     """Fit the nominal model and choose the inner step.
 
     Parameters
@@ -47,7 +47,7 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -
     tell("base fit")
     if study.carried is not None and study.carried.inner_step < MODEL.inner_step_s:
         study = at_needed_step(study, study.carried.inner_step)
-    base = fit_base(study, starts=starts, seed=seed, tell=tell)
+    base = fit_nominal(study, starts=starts, seed=seed, tell=tell)
     step = step_for(study, base.solution, share=THRESHOLDS.detect.step_error_share_of_excess)
     fine = at_needed_step(study, step)
     if fine.factory.share < study.factory.share:
@@ -55,7 +55,7 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -
     return with_stiffer_presliding(fine, base)
 
 
-def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
+def under_own_noise(study: Study, base: NominalFit) -> tuple[Solution, Solution]:
     """Fit the nominal model under white noise, and under the noise estimated from its residuals.
 
     Parameters
@@ -127,7 +127,7 @@ class Begun:
     """
 
     study: Study
-    base: Base
+    base: NominalFit
     white: Solution
     start: Trial
     searcher: Searcher
@@ -135,7 +135,9 @@ class Begun:
     led: Led | None = None
 
 
-def begin_search(study: Study, base: Base, tell: Progress, fits: tuple[Solution, Solution] | None = None) -> Begun:
+def begin_search(
+    study: Study, base: NominalFit, tell: Progress, fits: tuple[Solution, Solution] | None = None
+) -> Begun:
     """Score the catalogue on the nominal model, and judge the model.
 
     Parameters

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.fit.nominal_fit import stiffer_study
-from haptid.discrepancy.search.step_refinement import Closer, fit_again
+from haptid.discrepancy.search.step_refinement import Refined, fit_again
 from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 
 
-def in_wider_range(s: Searcher, best: Trial) -> Closer | None:
+def in_wider_range(s: Searcher, best: Trial) -> Refined | None:
     """Refit the best model with stiffer presliding as long as it ends on the range and gains beyond.
 
     Parameters
@@ -28,13 +28,13 @@ def in_wider_range(s: Searcher, best: Trial) -> Closer | None:
 
     Returns
     -------
-    Closer or None
+    Refined or None
         The trial in the wider range, with the tools of the search there; None where it does not end on its range, or
         gains nothing beyond.
     """
     if not best.solution.effects:
         return None
-    found: Closer | None = None
+    found: Refined | None = None
     least = THRESHOLDS.candidate.least_gain_in_criterion
     for _ in range(IDENTIFICATION.most_widenings_of_bounds):
         study = stiffer_study(s.study, best.solution)
@@ -44,5 +44,5 @@ def in_wider_range(s: Searcher, best: Trial) -> Closer | None:
         again = fit_again(s, best)
         if not again.acceptable or best.candidate.criterion - again.candidate.criterion < least:
             break
-        found, best = Closer(searcher=s, trials=(again,)), again
+        found, best = Refined(searcher=s, trials=(again,)), again
     return found

@@ -23,7 +23,7 @@ from dataclasses import replace
 from haptid.discrepancy.candidate.candidate import score_candidate
 from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.merged_error import merging_shows
-from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.fit.nominal_fit import NominalFit
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, without_each
 from haptid.discrepancy.search.contenders import fit_contenders
@@ -32,7 +32,7 @@ from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, other_la
 from haptid.discrepancy.search.nominal_model import Begun, begin_search, fit_nominal_model, under_own_noise
 from haptid.discrepancy.search.own_range import in_wider_range
 from haptid.discrepancy.search.search_result import Search
-from haptid.discrepancy.search.step_refinement import Closer, closer
+from haptid.discrepancy.search.step_refinement import Refined, refine_step
 from haptid.discrepancy.search.trials.finishing import finish_best
 from haptid.discrepancy.search.trials.judging import explains_all, first_tests
 from haptid.discrepancy.search.trials.preliminary_fits import begin_effects
@@ -84,7 +84,7 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Progress = ign
     return _search_beside(study, base, tell)
 
 
-def _search_beside(study: Study, base: Base, tell: Progress) -> Search:
+def _search_beside(study: Study, base: NominalFit, tell: Progress) -> Search:
     """Search beside a fit of the nominal model, under the friction law that explains most."""
     begun = begin_search(study, base, tell)
     if not begun.start.adequate and leaves_much(begun.white.chi2, study.rows):
@@ -164,7 +164,7 @@ def _finish(begun: Begun, tell: Progress) -> Search:
         base = replace(base, solution=better)
         again, s = _search_from(begin_search(begun.study, base, tell), known=found)
         found = _with_cost_of(found, again)
-    if (finer := closer(s, found.best, found.trials)) is not None:
+    if (finer := refine_step(s, found.best, found.trials)) is not None:
         # Where the finer step overturns the outcome, candidates that were dropped at the old step may win, so all are
         # tried again.
         if finer.best is None or finer.best.adequate < found.best.adequate:
@@ -211,7 +211,7 @@ def _with_cost_of(earlier: Search, found: Search) -> Search:
     return replace(found, simulations=earlier.simulations + found.simulations, cut=earlier.cut or found.cut)
 
 
-def _at_finer_step(found: Search, finer: Closer, best: Trial) -> Search:
+def _at_finer_step(found: Search, finer: Refined, best: Trial) -> Search:
     """Take over the refined trials; nominal model and distant trials are as good at the old step."""
     fitted = {t.solution.keys for t in finer.trials}
     others = [t for t in found.trials if t.solution.keys not in fitted]

@@ -9,7 +9,7 @@ import numpy as np
 from haptid.discrepancy.candidate.candidate import Candidate
 from haptid.discrepancy.candidate.trial import Trial, keys_of
 from haptid.discrepancy.detect.score_tests import Scan
-from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.fit.nominal_fit import NominalFit
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.friction.law import FrictionLaw
@@ -51,7 +51,7 @@ class Search:
     """
 
     study: Study
-    base: Base
+    base: NominalFit
     plain: Trial
     scan: Scan
     trials: tuple[Trial, ...]

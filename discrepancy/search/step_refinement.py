@@ -19,7 +19,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Closer:
+class Refined:
     """The models near the best at a finer step.
 
     Parameters
@@ -39,7 +39,7 @@ class Closer:
         return chosen(self.trials)
 
 
-def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
+def refine_step(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Refined | None:
     """Refit the best model and those near it at the inner step that all of them need.
 
     Parameters
@@ -53,7 +53,7 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
 
     Returns
     -------
-    Closer or None
+    Refined or None
         Trials at the finer step. None where the residual is larger than the step can explain, where no finer step is
         needed, or where no step is fine enough, as contacts may make it.
     """
@@ -67,7 +67,7 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
         return None
     s.tell(f"the best {len(close)} again at the inner step of {1e3 * step:.3g} ms")
     fine = replace(s, study=at_step(s.study, step), finished={}, simulations=0)
-    return Closer(searcher=fine, trials=tuple(fit_again(fine, t) for t in close))
+    return Refined(searcher=fine, trials=tuple(fit_again(fine, t) for t in close))
 
 
 def _beyond(s: Searcher, best: Trial) -> bool:

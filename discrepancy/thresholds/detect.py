@@ -26,6 +26,8 @@ class DetectThresholds:
     """Largest number of times that the step is halved."""
 
     # Step 5: the omnibus test.
+    least_statistic_of_series: float = 500.0
+    """Statistic of a χ² test beyond which the asymptotic series replaces the exact tail [1], which underflows."""
     omnibus_band_rad_per_s: float = 40.0
     """Upper end of the band of motion [rad/s]."""
     far_energy_over_freedom: float = 5.0

@@ -54,20 +54,6 @@ class FitThresholds:
     """
     settled_log_torque_change: float = 5e-4
     """Change of the logarithm of a cycle's relative torque from which a run is linearised once more [1]."""
-    torque_change_of_scatter: float = 1e-5
-    """Relative change of a cycle's torque from which its effect on the reading is taken [1].
-
-    A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
-    linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
-    """
-    forgotten_share_of_cycle_effect: float = 1e-6
-    """Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it [1].
-
-    A joint that dissipates does so within a few cycles; what follows is not simulated.
-    """
-    most_parts_of_run: int = 20
-    """Largest number of parts of a run after each of which the effect of a cycle may count as forgotten; none is
-    shorter than the cycle."""
     largest_log_torque_factor: float = 1.0
     """Largest |ln| of a cycle's relative torque about which a run is linearised [1]."""
     fits_under_scatter: int = 2

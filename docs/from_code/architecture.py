@@ -22,6 +22,7 @@ PAGE = ROOT / "docs" / "architecture.md"
 FIGURE = ROOT / "docs" / "images" / "data_flow.svg"
 TOP = "imports go downward only"  # names of contracts in pyproject.toml
 OF = "rooms of "
+COMMANDS = ROOT / "haptid" / "command_line"
 
 
 def contracts() -> list[dict[str, Any]]:
@@ -49,7 +50,9 @@ def packages_table() -> str:
     top = next(contract for contract in contracts() if contract["name"] == TOP)
     names = [name.removeprefix("haptid.") for layer in layers_bottom_up(top) for name in layer]
     names.append("virtual_device")  # beside the layers: a contract of its own keeps it independent
-    return table(("package", "in and out"), ((f"`{name}/`", first_sentence(ROOT / name)) for name in names))
+    rows = [(f"`{name}/`", first_sentence(ROOT / name)) for name in names]
+    rows.append(("`haptid/`", f"The one name and the one command over all packages. {first_sentence(COMMANDS)}"))
+    return table(("package", "in and out"), rows)
 
 
 def rooms_table(contract: dict[str, Any]) -> str:

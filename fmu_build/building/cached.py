@@ -1,7 +1,7 @@
 """FMUs that are built once and kept in the cache: `Equations` in, `Fmu` out.
 
 The key of an entry holds everything that its archive is made from: the formulas, what the FMU shows of them, and the
-source of this package, of the kernel, and of names and observer. A change of any of them builds the FMU anew.
+source of this package and of the model. A change of any of them builds the FMU anew.
 """
 
 from __future__ import annotations
@@ -13,22 +13,25 @@ from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
 
-from haptid import fmu_build
+from haptid import fmu_build, model
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
-from haptid.model import equations as shared_equations
-from haptid.model import kernel
 from haptid.model.equations.equations import Equations
 from haptid.model.thresholds import THRESHOLDS
+from haptid.support import numbers
 from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
 """Fields of a parameter that a fit sets in an identification FMU, and that its key leaves out: one FMU serves all."""
 
+SOURCES = (".py", ".c", ".h", ".j2", ".txt", ".toml")
+"""Suffixes of the files that an archive is made from."""
+
 
 def builder_digest() -> str:
     """Return a digest of the code that turns equations into an FMU.
 
-    It covers pythonfmu's version, this package, the kernel, and the names and the observer in `model.equations`.
+    It covers pythonfmu's version, this package, the whole model, whose formulas of friction and names of parameters the
+    page of an FMU shows, and how numbers are written.
 
     Returns
     -------
@@ -36,11 +39,22 @@ def builder_digest() -> str:
         Sixteen hex digits.
     """
     digest = hashlib.sha256(f"pythonfmu {version('pythonfmu')}".encode())
-    for package in (fmu_build, kernel, shared_equations):
-        here = Path(package.__path__[0])
-        for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
-            digest.update(path.read_bytes())
+    for path in digested_files():
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def digested_files() -> list[Path]:
+    """Return the files of the code that turns equations into an FMU.
+
+    Returns
+    -------
+    list of Path
+        Sources and templates of this package and of the model, and `support.numbers`, in a fixed order.
+    """
+    folders = [Path(package.__path__[0]) for package in (fmu_build, model)]
+    found = [path for folder in folders for path in sorted(folder.rglob("*")) if path.suffix in SOURCES]
+    return [*found, Path(numbers.__file__)]
 
 
 def description_digest(equations: Equations) -> str:
@@ -57,7 +71,8 @@ def description_digest(equations: Equations) -> str:
         Sixteen hex digits.
     """
     shown = (equations.states, equations.inputs, equations.outputs, equations.parameters, equations.title)
-    return hashlib.sha256(repr((equations.digest, shown, equations.orderings)).encode()).hexdigest()[:16]
+    told = (equations.orderings, equations.notes, equations.effects, equations.friction, equations.drive)
+    return hashlib.sha256(repr((equations.digest, shown, told)).encode()).hexdigest()[:16]
 
 
 def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:

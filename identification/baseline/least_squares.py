@@ -18,7 +18,7 @@ from scipy.optimize import lsq_linear
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-from haptid.support.linear_algebra import column_rms, rms
+from haptid.support.linear_algebra import column_rms, rms, sandwich
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,7 +191,6 @@ def block_covariance(columns: Sequence[Array], residuals: Sequence[Array], weigh
             moment = np.einsum("tjk,tj->k", A[rows], r[rows])
             moments += np.outer(moment, moment)
         blocks += count
-    inverse = np.linalg.inv(normal)
     # As many blocks as there are, less the parameters that they determine.
     freedom = blocks / max(blocks - n, 1)
-    return np.asarray(freedom * inverse @ moments @ inverse / np.outer(scale, scale))
+    return np.asarray(freedom * sandwich(normal, moments) / np.outer(scale, scale))

@@ -21,7 +21,7 @@ from haptid.identification.statistics.identifiability import felt_sizes, known_s
 from haptid.identification.statistics.score import score_of
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
-from haptid.support.linear_algebra import rms
+from haptid.support.linear_algebra import correlation_of, rms, symmetric_inverse
 
 
 def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequence[Run]) -> Fit:
@@ -60,6 +60,8 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
     known = np.isfinite(baseline.estimate.std)
     chosen = [k for k, id in enumerate(baseline.regressor.ids) if known[k] and names.get(id)]
     covariance = baseline.estimate.covariance[np.ix_(chosen, chosen)]
+    # Scaled, so that units do not decide which directions count as unknown.
+    correlation, std = correlation_of(covariance)
     free = tuple(names[baseline.regressor.ids[k]] for k in chosen)
     x0 = {run.file: initial_state(equations, run) for run in used}
     scores = tuple(_score(simulator, theta, run, x0[run.file]) for run in used)
@@ -69,13 +71,13 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
         theta=theta,
         free=free,
         covariance=covariance,
-        information=np.linalg.pinv(covariance),
+        information=symmetric_inverse(correlation) / np.outer(std, std),
         cost=over_noise**2,
         outcome=Outcome.PLAIN,
         basins=(Basin(over_noise=over_noise, starts=(0,), theta=theta, simulations=len(scores)),),
         starts=1,
         x0={run.file: x0[run.file] for run in used if run.use == "fit"},
-        statuses=_statuses(equations, theta, dict(zip(free, np.sqrt(np.diag(covariance)), strict=True)), used),
+        statuses=_statuses(equations, theta, dict(zip(free, std, strict=True)), used),
         combinations=(),
         runs=scores,
         # Those of the fit are on friction that the plain model does not have.

@@ -6,16 +6,8 @@ from collections.abc import Mapping
 
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.numbers import plain
-
-LARGEST_DISTANCE_FROM_PRIOR = 3.0
-"""Distance of an estimate from the mean of its prior, in standard deviations of the prior [1], up to which both agree:
-a normal prior that is right lies so near in 99.7 % of cases."""
-LEAST_DIFFERENCE_FROM_DEVICE = 0.2
-"""Difference of a fitted inertia from that of the device's file, over the latter [1], from which it is told: the tenth
-that a CAD model leaves out (cables, screws, grease) is usual."""
-LEAST_ERRORS_FROM_DEVICE = 3.0
-"""The same difference over the standard deviation of the fitted inertia [1]."""
 
 
 def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
@@ -32,7 +24,7 @@ def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
     -------
     list of str
         A sentence each for priors that were stated or carried over, and for restraints that nobody stated; one for each
-        stated prior that lies more than `LARGEST_DISTANCE_FROM_PRIOR` of its standard deviations away.
+        stated prior that lies farther away than `THRESHOLDS.largest_distance_from_prior_in_std`.
     """
     held: list[str] = []
     restrained: list[str] = []
@@ -42,7 +34,7 @@ def tell_priors(fit: Fit, names: Mapping[str, str] | None = None) -> list[str]:
             continue
         name, prior = q.id if names is None else names[q.id], q.prior
         distance = abs(fit.values[q.id] - prior.mean) / prior.std if prior is not None else 0.0
-        if prior is not None and prior.source == "stated" and distance > LARGEST_DISTANCE_FROM_PRIOR:
+        if prior is not None and prior.source == "stated" and distance > THRESHOLDS.largest_distance_from_prior_in_std:
             std = fit.std[fit.index(q.id)]
             value = plain(fit.values[q.id], 3) + (f" ± {plain(std)}" if std > 0 else "")
             contradicted.append(
@@ -92,13 +84,15 @@ def tell_device_inertia(fit: Fit, device_inertia: float | None) -> list[str]:
     Returns
     -------
     list of str
-        One sentence where the inertia is identified and differs by at least `LEAST_DIFFERENCE_FROM_DEVICE` of the
-        file's and by `LEAST_ERRORS_FROM_DEVICE` of its standard deviations; else none.
+        One sentence where the inertia is identified and differs by at least `least_difference_from_device` of the
+        file's and by `least_errors_from_device` of its standard deviations; else none.
     """
     if device_inertia is None or fit.statuses.get("inertia") != "identified":
         return []
     value, std = fit.values["inertia"], float(fit.std[fit.index("inertia")])
-    least = max(LEAST_DIFFERENCE_FROM_DEVICE * abs(device_inertia), LEAST_ERRORS_FROM_DEVICE * std)
+    least = max(
+        THRESHOLDS.least_difference_from_device * abs(device_inertia), THRESHOLDS.least_errors_from_device * std
+    )
     if abs(value - device_inertia) < least:
         return []
     unit = fit.equations.parameter("inertia").unit

@@ -18,7 +18,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient
-from haptid.support.linear_algebra import profile_out
+from haptid.support.linear_algebra import inverse, profile_out
 
 
 def carry_over(
@@ -103,6 +103,6 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     )
     # The fit has divided its information by this product: the prior's information is divided alike.
     inflated = max(fit.cost, 1.0) * max(fit.correlation_time, 1.0)
-    covariance = np.linalg.inv(information + np.diag(floor))
+    covariance = inverse(information + np.diag(floor))
     values = theta + covariance @ (prior / inflated * (theta - mean))
-    return Measurement(coefficients=tuple(chosen), values=values, covariance=(covariance + covariance.T) / 2)
+    return Measurement(coefficients=tuple(chosen), values=values, covariance=covariance)

@@ -19,6 +19,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
+from haptid.support.linear_algebra import symmetric_inverse
 from haptid.support.numbers import plain
 
 SPRING = ("Ks", "epos")
@@ -133,7 +134,7 @@ def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], s
     places = [fit.free.index(id) for id in chosen]
     values = np.array([fit.values[id] for id in chosen])
     covariance = fit.covariance[np.ix_(places, places)]
-    if float(values @ np.linalg.pinv(covariance) @ values) > THRESHOLDS.largest_chi_squared_of_no_gravity:
+    if float(values @ symmetric_inverse(covariance) @ values) > THRESHOLDS.largest_chi_squared_of_no_gravity:
         return [], ""
     limit = max(abs(fit.values[id]) + _reach(fit, [id], np.ones(1)) for id in chosen)
     unit = fit.equations.parameter(chosen[0]).unit

@@ -25,6 +25,7 @@ from haptid.identification.result.fit import Interval
 from haptid.identification.statistics.covariance import Curvature
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import inverse
 
 LEVEL = float(chi2.ppf(0.95, 1))
 """95 % quantile of χ² with one degree of freedom [squares over the noise]."""
@@ -48,7 +49,7 @@ def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]
         Interval in the parameter's unit by id; an end is None where a bound comes first, where a simulation is not
         finite, or where `THRESHOLDS.most_distances_of_profile` distances do not reach it.
     """
-    plain = np.linalg.inv(bent.hessian + np.diag(1e-12 * np.diag(bent.hessian) + 1e-300))
+    plain = inverse(bent.hessian)
     walk = _Walk(problem=problem, x=x, cost=cost_of(problem.blocks(x)))
     intervals = {}
     for k, id in enumerate(problem.parametrisation.ids):

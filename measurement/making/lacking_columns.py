@@ -10,6 +10,7 @@ import numpy as np
 
 from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.tables.misnamed import likely_time_units
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
@@ -72,8 +73,6 @@ NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])
 """Names that hold a word of a position and are none."""
 BITS_OF_DUTY = (8, 10, 12, 14, 16)
 """Bits that a timer's duty has, by which its largest number is one less than a power of two."""
-LARGEST_RATIO_OF_TRAVELS = 3.0
-"""Largest ratio [1] of the travels of a demanded and a measured position in one unit, or of its inverse."""
 LONGEST_REMEDY = 145
 """Most characters of a remedy with an example for each signal."""
 
@@ -257,7 +256,7 @@ def travel_alike(demanded: Array, measured: Array) -> bool:
         return False
     ratio = float(np.ptp(one) / np.ptp(other))
     is_near = abs(float(np.median(one) - np.median(other))) <= max(np.ptp(one), np.ptp(other))
-    return bool(is_near and 1.0 / LARGEST_RATIO_OF_TRAVELS <= ratio <= LARGEST_RATIO_OF_TRAVELS)
+    return bool(is_near and 1.0 / THRESHOLDS.largest_ratio_of_travels <= ratio <= THRESHOLDS.largest_ratio_of_travels)
 
 
 def _choose_unit(column: str, goal: str, numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:

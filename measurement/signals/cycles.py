@@ -18,9 +18,6 @@ from scipy.optimize import minimize_scalar
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
-LEAST_BOUNDARY_ERROR_CYCLES, LARGEST_BOUNDARY_ERROR_CYCLES, BOUNDARY_ERROR_IN_STD = 1e-6, 1e-4, 5.0
-"""Least and largest error of a cycle boundary [cycles], and that error in standard errors of the phase."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycles:
@@ -127,7 +124,13 @@ def _boundary_error(share: float, rows: int) -> float:
     σ² = A²/2·(1/share − 1) the power beside it, as if that were noise.
     """
     error = 2.0 * np.sqrt(max(1.0 / share - 1.0, 0.0) / rows) / (2 * np.pi)
-    return float(np.clip(BOUNDARY_ERROR_IN_STD * error, LEAST_BOUNDARY_ERROR_CYCLES, LARGEST_BOUNDARY_ERROR_CYCLES))
+    return float(
+        np.clip(
+            THRESHOLDS.boundary_error_in_std * error,
+            THRESHOLDS.least_boundary_error_cycles,
+            THRESHOLDS.largest_boundary_error_cycles,
+        )
+    )
 
 
 def _strongest_line(t: Array, u: Array) -> float:

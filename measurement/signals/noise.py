@@ -23,12 +23,8 @@ DIFFERENCE_ORDERS = (3, 4, 5, 6, 7, 8)
 """Orders of the divided differences that are tried, ascending."""
 ORDER_OF_NOISE = 4
 """Order of the divided differences in which noise is compared or looked at by frequency."""
-STRAY_CONTRAST_IN_STD = 3.0
-"""Standard deviations beyond which a contrast counts as stray."""
 VARIANCE_OF_CUT_NORMAL = 0.9733
-"""Variance of a standard normal variable cut at ±3 (its density renormalised)."""
-LEAST_NOISE_OVER_RANGE = 1e-9
-"""Least noise relative to the range of the readings."""
+"""Variance of a standard normal variable cut at ±3 (its density renormalised), which is where `THRESHOLDS` cuts it."""
 ROWS_PER_BLOCK = 20_000
 """Rows whose gaps are held at a time: 81 numbers each."""
 CLOCKS_KEPT = 4
@@ -122,7 +118,7 @@ def robust_std(values: Array) -> float:
     """
     std = 1.4826 * float(np.median(np.abs(values)))
     for _ in range(20):
-        kept = values[np.abs(values) <= STRAY_CONTRAST_IN_STD * std]
+        kept = values[np.abs(values) <= THRESHOLDS.stray_contrast_in_std * std]
         refined = float(np.sqrt(np.mean(kept**2) / VARIANCE_OF_CUT_NORMAL)) if kept.size else std
         if abs(refined - std) <= 1e-3 * std:
             return refined
@@ -184,7 +180,7 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0, averaged_rows: i
     noise = _from_differences(t, y, averaged_rows)
     if averaged_rows <= 1:
         noise = _behind_filter(t, y, noise)
-    least = LEAST_NOISE_OVER_RANGE * float(np.ptp(y)) + 1e-15
+    least = THRESHOLDS.least_noise_over_range * float(np.ptp(y)) + 1e-15
     return float(np.sqrt(max(noise**2 - resolution**2 / 12.0, least**2)))
 
 

@@ -30,6 +30,7 @@ from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.rigid_body.locked_dynamics import locked_motion
 from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import NumericalError
+from haptid.support.linear_algebra import inverse
 
 Array = NDArray[np.float64]
 DURATION_S, ROWS_PER_S = 16.0, 200.0
@@ -274,7 +275,7 @@ def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
 def _expected_errors(runs: Sequence[CosineRun]) -> Array:
     """Return expected standard errors in units of θ, with a prior standard deviation of one unit, shape (n,)."""
     total = np.eye(len(runs[0].information)) + sum(run.information for run in runs)
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(total))))
+    return np.asarray(np.sqrt(np.diag(inverse(total))))
 
 
 def _warnings(runs: Sequence[CosineRun]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from haptid.discrepancy.detect.score_tests import Scan, Score
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.fit.held_out import Prediction
-from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.fit.nominal_fit import NominalFit
 from haptid.discrepancy.job.summary import tell_finding
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.unnamed.missing_torque import Shape
@@ -62,7 +62,7 @@ SEARCH = Search(
         title="Joint 4", name="joint4", fitted=(known_run("a.csv"),), unseen=(known_run("b.csv", "validate"),),
         rows_merged=1,
     ),
-    base=Base(solution=PLAIN.solution, costs=(1.0, 1.1, 1.2, 1.3, 1.4), reached=3, calls=9),
+    base=NominalFit(solution=PLAIN.solution, costs=(1.0, 1.1, 1.2, 1.3, 1.4), reached=3, calls=9),
     plain=PLAIN, scan=SCAN, trials=(BACKLASH, COGGING, VARYING, PLAIN), best=COGGING, simulations=823,
 )  # fmt: skip
 EFFECT = NamedEffect(

@@ -60,6 +60,10 @@ def test_clean_packages_pass(skeleton: Path):
         ("identification/sequence/step.py", "virtual_device"),
         ("support/errors.py", "model"),
         ("api/campaign.py", "command_line"),
+        ("noise/thresholds.py", "noise.arma"),
+        ("noise/terms.py", "noise.gram"),
+        ("version.py", "doctor"),
+        ("fleet/comparison.py", "fleet.page"),
     ],
 )
 def test_upward_and_sideward_imports_are_caught(skeleton: Path, module: str, imported: str):

@@ -143,6 +143,13 @@ def test_every_page_is_reached_from_an_index():
     assert not lost
 
 
+def test_decisions_have_number_and_title_of_their_index():
+    index = (ROOT / "docs" / "decisions" / "index.md").read_text(encoding="utf-8")
+    listed = {page: f"# {number}. {title}" for number, title, page in re.findall(r"(\d+)\. \[(.+)\]\((.+)\)", index)}
+    pages = [p for p in (ROOT / "docs" / "decisions").glob("*.md") if p.name != "index.md"]
+    assert {page.name: page.read_text(encoding="utf-8").partition("\n")[0] for page in pages} == listed
+
+
 PACKAGES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["root_packages"]
 WITH_EXAMPLES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts)

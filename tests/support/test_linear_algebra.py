@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from haptid.support.installing.environment import ROOT
 from haptid.support.linear_algebra import inverse, orthonormal_basis, profile_out, scaled_covariance
 
 
@@ -51,3 +54,22 @@ def test_a_basis_spans_the_columns_whatever_their_units_and_leaves_out_the_depen
     assert Q.shape == (30, 5)
     np.testing.assert_allclose(Q.T @ Q, np.eye(5), atol=1e-12)
     np.testing.assert_allclose(Q @ (Q.T @ J), J, rtol=1e-9, atol=1e-9 * np.abs(J).min())
+
+
+OWN_INVERSES = {
+    "support/linear_algebra.py": "defines them",
+    "identification/problem/initial_states.py": "least squares of a parabola, not a covariance",
+    "identification/links/consistent_links.py": "of a square Jacobian, which is not symmetric",
+    "uq/density/laplace.py": "of a matrix root, which is not symmetric",
+}
+"""Modules that may call NumPy's inverse: why."""
+
+
+def test_symmetric_matrices_are_inverted_in_one_place():
+    calling = {
+        path.relative_to(ROOT).as_posix()
+        for package in ("model", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy", "report")
+        for path in (ROOT / package).rglob("*.py")
+        if re.search(r"linalg\.p?inv\(", path.read_text(encoding="utf-8"))
+    }
+    assert calling | {"support/linear_algebra.py"} == set(OWN_INVERSES)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from benchmarks import identification_devices, whole_model
+from benchmarks import identification_devices, same_results, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
@@ -39,6 +40,7 @@ WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "identification_machines": identification_devices.page,
     "performance": performance_page,
     "real_machines": machines_page,
+    "same_results": same_results.page_of,
     "thresholds": thresholds.page,
     "time_to_truth": page_of_time_to_truth,
     "whole_model": whole_model.page,
@@ -129,3 +131,14 @@ def test_the_table_of_performance_has_the_figures_of_all_benchmarks():
     }  # fmt: skip
     table = text_table(figures)
     assert all(one.name[:40] in table for one in figures)
+
+
+def test_a_comparison_takes_the_place_of_an_earlier_one_of_the_same_commits(tmp_path: Path):
+    stored = tmp_path / "same.json"
+    one = {"command": "a", "date": "2026-11-27", "before": "1", "after": "2", "files": {"fits/a.json": "differs"}}
+    same_results.keep(stored, one)
+    same_results.keep(stored, one | {"files": {"fits/a.json": "same", "plan/b.json": "missing on one side"}})
+    page = stored.with_suffix(".md").read_text(encoding="utf-8")
+    assert page.count("## Commits 1 and 2") == 1
+    assert "1 of 2 files are the same" in page
+    assert "| `plan/` | `python -m model.plan` | 1 | 0 | `plan/b.json` (missing on one side) |" in page

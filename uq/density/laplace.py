@@ -23,7 +23,7 @@ from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array
 from haptid.support.errors import NumericalError
-from haptid.support.linear_algebra import root_of_inverse
+from haptid.support.linear_algebra import inverse, root_of_inverse
 from haptid.uq.density.density import Density
 from haptid.uq.density.normal_equations import expand
 from haptid.uq.thresholds import THRESHOLDS
@@ -302,7 +302,7 @@ def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
         what = f"the likelihood has no finite curvature in {', '.join(lost[:4])} at the fit"
         msg = f"{density.equations.name}: {what}: the runs do not determine it, or do not follow the model; {todo}"
         raise NumericalError(msg)
-    return _inverse(total)
+    return inverse(total)
 
 
 def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
@@ -332,15 +332,3 @@ def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
         return hessian
     weights, vectors = np.linalg.eigh(hessian)
     return (vectors * np.maximum(weights, 1 / THRESHOLDS.largest_std_of_log_noise**2)) @ vectors.T
-
-
-def _inverse(information: Array) -> Array:
-    """Return the inverse of a symmetric matrix (n, n), tiny eigenvalues lifted to 1e-10.
-
-    The diagonal is scaled to 1 first, so that units do not decide which eigenvalues are tiny.
-    """
-    d = 1 / np.sqrt(np.diag(information))
-    weights, vectors = np.linalg.eigh(information * np.outer(d, d))
-    inverse = (vectors / np.maximum(weights, 1e-10)) @ vectors.T
-    out = inverse * np.outer(d, d)
-    return np.asarray((out + out.T) / 2)

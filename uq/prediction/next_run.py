@@ -10,6 +10,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.terms import linearise, prepare, scatter_columns
+from haptid.support.linear_algebra import inverse
 from haptid.uq.density.density import Density
 from haptid.uq.density.laplace import Laplace
 from haptid.uq.density.normal_equations import run_information
@@ -72,7 +73,7 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
     worst = _least_known(density, mode.eta, covariance)
     if worst is None:
         return None
-    inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+    information = inverse(covariance)
     base = density.terms[0].run
     torque = max(float(np.ptp(t.run.u)) / 2 for t in density.terms)
     travel = max(float(np.ptp(t.data)) for t in density.terms)
@@ -84,11 +85,11 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
             y = simulator.simulate(theta, run).y[:, 0]
             if np.isfinite(y).all() and np.ptp(y) <= 1.3 * travel:
                 run = run.but(y=y[:, None])  # the simulated motion stands for the reading, as `prepare` needs one
-                found.append((_std_with(mode, simulator, run, inverse, worst), a * torque, w * omega))
+                found.append((_std_with(mode, simulator, run, information, worst), a * torque, w * omega))
     if not found:
         return None
     after, amplitude, omega = min(found)
-    repeats = [_std_with(mode, simulator, terms.run, inverse, worst) for terms in density.terms]
+    repeats = [_std_with(mode, simulator, terms.run, information, worst) for terms in density.terms]
     return NextRun(
         parameter=density.coordinates.names[worst],
         amplitude=amplitude,
@@ -114,7 +115,7 @@ def _cosine(base: Run, amplitude: float, omega: float) -> Run:
     return base.but(u=u, v=None, extra={}, file="candidate", score_from=0)
 
 
-def _std_with(mode: Laplace, simulator: Simulator, run: Run, inverse: Array, worst: int) -> float:
+def _std_with(mode: Laplace, simulator: Simulator, run: Run, information: Array, worst: int) -> float:
     """Predict the standard deviation of the coordinate ``worst`` after ``run``, by (C⁻¹ + JᵀΣ⁻¹J)⁻¹."""
     density = mode.density
     n = len(density.coordinates.free)
@@ -122,6 +123,6 @@ def _std_with(mode: Laplace, simulator: Simulator, run: Run, inverse: Array, wor
     terms = prepare(simulator.equations, run)
     trajectory = simulator.simulate(theta, run, x0=terms.x0, sensitivities=True)
     terms = scatter_columns(linearise(terms, trajectory), simulator, theta, density.model)
-    total = inverse.copy()
+    total = information.copy()
     total[:n, :n] += run_information(density, simulator, terms, mode.eta)
-    return float(np.sqrt(np.linalg.inv(total)[worst, worst]))
+    return float(np.sqrt(inverse(total)[worst, worst]))

@@ -8,7 +8,7 @@ import sympy as sp
 
 from haptid.discrepancy.detect.score_tests import scan
 from haptid.discrepancy.detect.signatures import entry_columns, signatures
-from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.study.coupled_study import coupled_study_of, place_in_joint
 from haptid.discrepancy.study.study import Study, scales_over, study_of
@@ -35,7 +35,7 @@ def test_a_score_is_what_a_refit_gains(tmp_path: Path, key: str, hidden: dict[st
     make_joint_campaign(tmp_path, 3, truth, INPUTS, effects={key: hidden}, sensor=Sensor(noise=1e-4), seed=3)
     entries = {key: catalogue()[key]}
     study = study_of(read_campaign(tmp_path), 3, entries)
-    base = fit_base(study, starts=4, seed=0).solution
+    base = fit_nominal(study, starts=4, seed=0).solution
     plain = solve(study, (), Noise(), base.values, x0=base.x0, iterations=200, tolerance=1e-6)
     effect = study.in_si(plain.values)[key]
     found = signatures(study, plain, [effect])
@@ -53,7 +53,7 @@ def test_what_a_model_without_free_parameters_lacks_is_scored(tmp_path: Path):
     )
     fixed = {id: {"fixed": value} for id, value in truth.items()}
     study = study_of(read_campaign(tmp_path).but(parameter_overrides={3: fixed}), 3, {})
-    solution = fit_base(study, starts=1, seed=0).solution
+    solution = fit_nominal(study, starts=1, seed=0).solution
     effect = catalogue()["cubic_spring"].at(scales_over(study.fitted, solution.values, law_named(DEFAULT).roles))
     (score,) = scan(study, solution, signatures(study, solution, [effect]), {"cubic_spring": effect}).scores
     assert score.survives > 0.9  # only the initial states could take it up

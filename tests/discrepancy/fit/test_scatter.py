@@ -26,6 +26,7 @@ from haptid.model.effects.registry import catalogue
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.noise.correlation import Colour, Noise, Scatter, Whitener, directions
 from haptid.noise.reml import best_scatter
+from haptid.noise.thresholds import THRESHOLDS as OF_NOISE
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import read_truth
 from haptid.virtual_device.recording.campaign import header
@@ -92,12 +93,12 @@ def test_columns_are_those_of_whole_simulations_until_a_cycle_is_forgotten(
     assert (cycles[:, 0].sum() == 1) == (phase < 0.0)
     for c, mask in enumerate(cycles.T):
         u = run.u.copy()
-        u[mask] *= 1.0 + THRESHOLDS.fit.torque_change_of_scatter
+        u[mask] *= 1.0 + OF_NOISE.torque_change_of_scatter
         moved = simulator.coarse.simulate(theta, run.but(u=u), x0=x0).y
-        whole = (moved - plain)[:, :1] / THRESHOLDS.fit.torque_change_of_scatter / 1e-4
+        whole = (moved - plain)[:, :1] / OF_NOISE.torque_change_of_scatter / 1e-4
         simulated = M[..., c] != 0.0
         np.testing.assert_array_equal(M[..., c][simulated], whole[simulated])
-        assert np.abs(whole[~simulated]).max() <= THRESHOLDS.fit.forgotten_share_of_cycle_effect * np.abs(whole).max()
+        assert np.abs(whole[~simulated]).max() <= OF_NOISE.forgotten_share_of_cycle_effect * np.abs(whole).max()
         assert simulated.sum() < 5 * cycles.sum(axis=0).max()
 
 

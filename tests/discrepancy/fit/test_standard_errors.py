@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.candidate.refit import sharpen_jumps
-from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.fit.scatter import cycles_of
 from haptid.discrepancy.fit.solution import Solution, deviance, solve
 from haptid.discrepancy.fit.standard_errors import covariance, of_curvature, rough, standard_errors
@@ -34,7 +34,7 @@ def fitted(
     tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, float], seed: int = 5
 ) -> tuple[Study, Solution]:
     study = study_with(tmp_path / "c", {key: hidden}, {key: catalogue()[key]}, seed=seed)
-    base = fit_base(study, starts=2, seed=0).solution
+    base = fit_nominal(study, starts=2, seed=0).solution
     effect = catalogue()[key].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
     return study, sharpen_jumps(study, first, first.calls)[0]
@@ -132,7 +132,7 @@ def test_beside_a_torque_that_scatters_errors_hold_the_factor_that_all_torques_s
     s = 0.02
     study = study_with(tmp_path / "c", {"amplitude_scatter": {"scatter": s, "scatter_on_torque": 1.0}}, {})
     scatter = Scatter(size=s, path="torque")
-    base = fit_base(study, starts=2, seed=0).solution
+    base = fit_nominal(study, starts=2, seed=0).solution
     solution = solve(study, (), Noise(scatters=(scatter,)), TRUTH, x0=base.x0)
     shared = s / np.sqrt(sum(cycles_of(run, scatter).count for run in study.fitted))
     curved, told = (by_id(solution, e) for e in (of_curvature(solution), standard_errors(study, solution)[1]))

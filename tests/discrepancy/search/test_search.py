@@ -17,14 +17,14 @@ from haptid.discrepancy.detect.score_tests import scan
 from haptid.discrepancy.detect.signatures import signatures
 from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.homotopy import through_homotopy
-from haptid.discrepancy.fit.nominal_fit import agreeing, fit_base
+from haptid.discrepancy.fit.nominal_fit import agreeing, fit_nominal
 from haptid.discrepancy.fit.scatter import relinearise_cycles
 from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.search import backward_elimination, forward_selection
 from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins
 from haptid.discrepancy.search.forward_selection import _ways
 from haptid.discrepancy.search.search_result import Search
-from haptid.discrepancy.search.step_refinement import closer
+from haptid.discrepancy.search.step_refinement import refine_step
 from haptid.discrepancy.search.trials.finishing import find_finished, find_twins, finish, finish_best
 from haptid.discrepancy.search.trials.judging import judge_candidate
 from haptid.discrepancy.search.trials.preliminary_fits import begin_effects
@@ -46,7 +46,7 @@ from tests.discrepancy.finding.test_finding import ENTRIES, study_with
 
 def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:
     """Return the tools of the search, and the base under white noise."""
-    base = fit_base(study, starts=starts).solution
+    base = fit_nominal(study, starts=starts).solution
     entries = study.in_si(base.values)
     found = signatures(study, base, list(entries.values()))
     searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, ignore_progress)
@@ -225,15 +225,15 @@ def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_on
         > THRESHOLDS.search.least_excess_over_step_error * error
         > THRESHOLDS.search.least_excess_over_step_error * THRESHOLDS.detect.invisible_step_error_chi2
     )
-    assert closer(rough, trial, [trial]) is None
+    assert refine_step(rough, trial, [trial]) is None
     near = replace(trial, left=replace(trial.left, energy=trial.left.dof + error))
-    assert closer(rough, near, [near]) is not None
+    assert refine_step(rough, near, [near]) is not None
 
 
 def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_it_loses(tmp_path: Path):
     hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
     study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))
-    base = fit_base(study, starts=2, seed=0).solution
+    base = fit_nominal(study, starts=2, seed=0).solution
     effects = [e.at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles)) for e in study.entries.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, ignore_progress)
     start = judge_candidate(s, score_candidate(study, base, base.calls))
@@ -250,7 +250,7 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
 def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):
     entries = {"friction_lag": catalogue()["friction_lag"]}
     study = study_with(tmp_path, {"friction_lag": {"stribeck_lag": 0.017}}, entries, Sensor(noise=2e-4))
-    base = fit_base(study, starts=2, seed=0).solution
+    base = fit_nominal(study, starts=2, seed=0).solution
     effect = entries["friction_lag"].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
     score = scan(study, base, signatures(study, base, [effect]), {effect.key: effect}).scores[0]
     large = replace(score, amplitude=(5.0,))

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.discrepancy.finding.finding import Finding, as_json, find
-from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.run import main
 from haptid.discrepancy.search.search import search
 from haptid.discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, place_in_joint, take_from_joint
@@ -141,7 +141,7 @@ def test_the_scales_of_a_joint_are_its_own(with_cogging: Campaign):
 def test_what_has_no_name_is_a_torque_of_the_joint_in_which_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     study = coupled_study_of(campaign(tmp_path, {0: {"cubic": 0.3}}), (0, 1), {}, {}, threads=2)
     monkeypatch.setattr(shape, "SYMBOLS", {"position_rad": SYMBOLS["position_rad"]})
-    found = missing(study, fit_base(study, starts=2).solution)
+    found = missing(study, fit_nominal(study, starts=2).solution)
     assert (found.joint, found.variables) == (0, ("position_rad",))
     assert found.closed > 0.95
     # the cubic of the virtual device, less the straight line that a spring would take up

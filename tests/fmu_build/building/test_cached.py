@@ -6,8 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from haptid.fmu_build.building.cached import builder_digest, cached_fmu, description_digest, identification_fmu
+from benchmarks.house import imports_of, reached_from, read_modules
+from haptid.fmu_build.building.cached import (
+    builder_digest,
+    cached_fmu,
+    description_digest,
+    digested_files,
+    identification_fmu,
+)
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.support.installing.environment import ROOT
 from tests.fmu_build.fmu_cases import equations
 
 
@@ -39,8 +47,26 @@ def test_native_where_pythonfmu_has_no_loader(monkeypatch):
     assert identification_fmu(equations("joint4"), kind="python").kind == "native"
 
 
-@pytest.mark.parametrize("name", ["fmu_names.py", "output_injection.py", "stepper.h", "fmi2_xml.py"])
+@pytest.mark.parametrize(
+    "name", ["fmu_names.py", "output_injection.py", "stepper.h", "fmi2_xml.py", "dahl.py", "effect.py", "thresholds.py"]
+)
 def test_other_code_that_writes_an_fmu_has_another_key(monkeypatch, name: str):
     before, read = builder_digest(), Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"# changed" * (path.name == name))
     assert builder_digest() != before
+
+
+SERVICES = {"support.errors", "support.linear_algebra", "support.suggestion"}
+"""Modules whose change leaves every archive as it is: messages of errors, and numbers by other routines."""
+
+
+def test_every_module_that_builds_an_fmu_is_in_its_key():
+    modules = read_modules(ROOT)
+    known = {module.name for module in modules}
+    graph = {module.name: imports_of(module, known) for module in modules}
+    builders = reached_from(graph, "fmu_build.building.packaging")
+    keyed = {".".join(path.relative_to(ROOT).with_suffix("").parts) for path in map(Path.resolve, digested_files())}
+    others = builders - keyed - SERVICES
+    left = {name for name in others if not name.startswith(("support.files.", "support.processes."))}
+    assert "model.friction.registry" in builders
+    assert left == set()

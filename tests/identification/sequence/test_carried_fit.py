@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.study.study import study_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.run import main
@@ -96,8 +96,8 @@ def test_the_residual_of_the_position_is_carried(identified, tmp_path, change, e
 def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identified):
     out, campaign = identified
     study = study_of(campaign, 4, {})
-    alone = fit_base(study, starts=4)
-    begun = fit_base(replace(study, carried=carried(campaign, out)), starts=4)
+    alone = fit_nominal(study, starts=4)
+    begun = fit_nominal(replace(study, carried=carried(campaign, out)), starts=4)
     assert begun.calls < alone.calls / 2
     assert begun.solution.chi2 == pytest.approx(alone.solution.chi2, abs=0.1)
     # Both fits end where a step promises less than this tolerance, so that they may lie apart by as much.
