@@ -13,6 +13,7 @@ import numpy as np
 
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
+from haptid.measurement.remarks.postures import find_lonely_postures, find_unfitted_postures
 from haptid.measurement.remarks.saturation import find_saturation
 from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
@@ -75,7 +76,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     limits = limits_of(campaign)
     controllers = find_other_controllers(campaign)
     campaign = with_recorded_torques(campaign)
-    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
+    unfitted, lonely = find_unfitted_postures(campaign.runs), find_lonely_postures(campaign.runs)
+    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), unfitted)
     turned = wrong_signs(campaign.runs)
     fulls = [with_noise(run) for run in campaign.runs]
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
@@ -96,7 +98,8 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
             ]
             stated = campaign.parameter_overrides.get(joint, {})
             doubts.append((*_stillness(run, full, column, stated), *slips, *by_joint, *shared))
-            sentences.append((*_circumstances(run, column), *doubts[-1]))
+            alone = [lonely[run.file]] if run.file in lonely else []
+            sentences.append((*_circumstances(run, column), *alone, *doubts[-1]))
         made.append(
             Remarks(
                 run=run,
