@@ -75,8 +75,18 @@ def _next_action(step: Step, word: Word) -> str:
         ids = [id for id, one in step.fit.statuses.items() if one == status]
         if ids:
             found = word_of(f"status-{status}")
-            return f"{word.action} {', '.join(ids)}: {found.text} ({found.plain}). {found.action}"
+            action = _tell_apart(step) if status == "unidentifiable" else found.action
+            return f"{word.action} {', '.join(ids)}: {found.text} ({found.plain}). {action}"
     return word.action
+
+
+def _tell_apart(step: Step) -> str:
+    """Say what to do about parameters that are not known: only what this page lists, and this device can do."""
+    listed = "Use the combination that the page lists, or " if step.fit.combinations else ""
+    # A single joint has no other joints that could be locked elsewhere, which is what haptid plan proposes.
+    other = "run haptid plan for tests" if step.configuration.posture else "make runs"
+    said = f"{listed}{other} that tell them apart."
+    return said[0].upper() + said[1:]
 
 
 def whole_word(verification: Verification) -> Word | None:
