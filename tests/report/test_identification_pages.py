@@ -199,6 +199,17 @@ def test_what_is_open_is_advised_on_by_what_the_page_and_the_device_have(posture
     assert f"Ks: unidentifiable (not known from these runs alone). {said}" in action
 
 
+def test_advice_on_open_parameters_is_given_once():
+    fit = FIT.but(statuses={**FIT.statuses, "Ks": "unidentifiable"})
+    other = replace(STEP, configuration=replace(STEP.configuration, free_joints=(3,)), fit=fit)
+    first, second, third = (
+        row[5] for row in glance_table([replace(STEP, fit=fit), other, STEP], Verification(runs=()), ()).rows[:3]
+    )
+    assert first.count("Ks: unidentifiable (not known from these runs alone). Use the combination") == 1
+    assert second == "Use the values and the FMU. Ks: unidentifiable, as for joint 4."
+    assert third == "Use the values and the FMU."
+
+
 @pytest.mark.parametrize(("home", "which"), [(True, "tests in the lock"), (False, "more tests in lock")])
 def test_the_lead_tells_the_closed_loop_apart_and_which_tests_would_help(home, which):
     (closed,) = VERIFICATION.runs
