@@ -13,6 +13,7 @@ from haptid.measurement.making.lacking_columns import joint_slides, tell_how_to_
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
+from haptid.support.numbers import read_number
 
 TORQUE = re.compile(
     rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A|voltage_({JOINT})_V|duty_({JOINT}))"
@@ -54,7 +55,8 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
     Parameters
     ----------
     entries
-        ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as ``angle_deg=position_0_rad*0.017453292519943295``.
+        ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as ``angle_deg=position_0_rad*0.017453292519943295`` or
+        ``enc=position_0_rad*2*pi/4096``.
 
     Returns
     -------
@@ -74,7 +76,7 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
             expected = "COLUMN=NAME or COLUMN=NAME*FACTOR with a NAME such as torque_0_Nm or position_0_rad"
             raise InputError(FLAG, expected=expected, got=repr(entry))
         try:
-            targets[column] = Target(name=name, factor=float(factor or 1))
+            targets[column] = Target(name=name, factor=read_number(factor or "1"))
         except ValueError:
             raise InputError(FLAG, expected=f"a number as the factor of {name}", got=repr(factor)) from None
     return targets

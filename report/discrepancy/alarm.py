@@ -48,9 +48,10 @@ def tell_small_alarm(finding: Finding) -> str:
     test, p = _strongest_test(finding.search.before if best.adequate else best)
     runs = "The fitted runs are" if name == "fit" else "Runs that no fit saw are"
     unit = unit_for("rad", finding.search.study.fitted[0].prismatic)
+    over = plain(left / gap.noise, 3)
     return (
-        f"{runs} missed by no more than the sensor's noise ({plain(left / gap.noise, 3)} × noise): this rests on "
-        f"{test} (p = {p:.1g}) in the fitted runs, which miss {_tell_excess(finding, unit)}. A simulation hardly gains by it."
+        f"{runs} missed by no more than the sensor's noise ({over} × noise): this rests on {test} (p = {p:.1g}) in the "
+        f"fitted runs, which miss {_tell_excess(finding, unit)}. A simulation hardly gains by it."
     )
 
 

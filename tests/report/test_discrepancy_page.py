@@ -171,8 +171,8 @@ def test_an_alarm_below_the_noise_says_what_it_rests_on_and_how_small_it_is():
     lead = page_of(replace(FINDING, search=search, judgement=unlisted, gaps=gaps, rebuilt=None)).paragraphs[0]
     assert lead == (
         "Something is missing. Runs that no fit saw are missed by no more than the sensor's noise (0.975 × noise): "
-        "this rests on a residual that repeats with the drive (p = 4e-12) in the fitted runs, which miss 0.045 mrad (RMS) "
-        "beside the noise of 0.2 mrad. A simulation hardly gains by it."
+        "this rests on a residual that repeats with the drive (p = 4e-12) in the fitted runs, which miss 0.045 mrad "
+        "(RMS) beside the noise of 0.2 mrad. A simulation hardly gains by it."
     )
     for other in (replace(unlisted, verdict="named"), unlisted):
         gap = gaps if other.verdict == "named" else GAPS
