@@ -185,15 +185,15 @@ def free_joints(
     return tuple(sorted(found_joints))
 
 
-def _refuse_reference_alone(columns: list[str], file: str, seen: Collection[int]) -> None:
+def _refuse_reference_alone(columns: list[str], file: str, seen: set[int]) -> None:
     """Refuse a position beside what it is to follow, as state and action of a robot's data set, and nothing else."""
     followed = seen & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
     if not followed or "time_s" not in columns or holds_likely("torque", columns):
         return
     joint = min(followed)
     todo = (
-        f"log one of them, or state the position controller: [joint.{joint}.controller] in a campaign.toml of your own, "
-        "or joints= of Campaign.from_frames"
+        f"log one of them, or state the position controller: [joint.{joint}.controller] in a campaign.toml of your "
+        "own, or joints= of Campaign.from_frames"
     )
     expected = f"torque, current, voltage or duty of joint {joint}"
     raise InputError(file, expected=expected, got="its position and reference alone", todo=todo)

@@ -15,7 +15,7 @@ from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
 from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import page_of as performance_page
-from benchmarks.performance.page import text_table
+from benchmarks.performance.page import text_table, workers_in_words
 from benchmarks.simulators import page as simulators
 from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
@@ -129,3 +129,12 @@ def test_the_table_of_performance_has_the_figures_of_all_benchmarks():
     }  # fmt: skip
     table = text_table(figures)
     assert all(one.name[:40] in table for one in figures)
+
+
+@pytest.mark.parametrize(("walls", "said"), [((5.8, 46.0), "no sooner than one"), ((5.8, 3.1), "sooner than one")])
+def test_the_words_on_workers_follow_their_numbers(walls: tuple[float, float], said: str):
+    points = [{"size": size, "wall_s": wall} for size, wall in zip((1, 2), walls, strict=True)]
+    told = workers_in_words({"curves": {"workers": {"points": points}}})
+    assert f"Several workers were {said}" in told
+    assert f"{walls[0]} s with 1, {walls[1]:.2g} s with 2" in told
+    assert workers_in_words({"curves": {}}) == ""
