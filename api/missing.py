@@ -157,6 +157,27 @@ class Missing:
         table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
         return table.assign(unit=self.data.get("gap_unit", ""))
 
+    def summary(self) -> pd.DataFrame:
+        """Return verdict, named effects and gap in one table.
+
+        Returns
+        -------
+        DataFrame
+            One row a named effect and parameter: value, standard deviation, unit, evidence and stability. Below them
+            the RMS by group of runs, as ``("gap of validate", "before")`` and ``"after"``, with their unit; of a check
+            of the whole device by run, mode of simulation and joint. ``attrs`` has ``verdict`` and ``sentence``.
+        """
+        effects = self.effects
+        rows = effects.reset_index().to_dict("records")
+        for group, gap in self.gap.iterrows():
+            of = group if "file" not in gap else f"{gap['file']}, {gap['mode']}, joint {gap['joint']}"
+            for moment in ("before", "after"):
+                rows.append({"effect": f"gap of {of}", "parameter": moment, "value": gap[moment], "unit": gap["unit"]})
+        columns = [*effects.index.names, *effects.columns]
+        table = pd.DataFrame(rows, columns=columns).set_index(list(effects.index.names))
+        table.attrs.update(verdict=self.verdict, sentence=self.sentence)
+        return table
+
     @property
     def alternatives(self) -> pd.DataFrame:
         """Other explanations with their evidence, the runner-up first; empty where there are none."""

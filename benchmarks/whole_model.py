@@ -27,8 +27,8 @@ import click
 
 from haptid.api.campaign import Campaign
 from haptid.identification.problem.options import FitOptions
-from haptid.measurement.checks.motion import locked_posture
 from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
+from haptid.measurement.values.postures import locked_posture
 from haptid.report.identification.campaign_comparison import STORED, worst_by_joint
 from haptid.support.files.files import write_json, write_text
 from haptid.support.terminal import Count

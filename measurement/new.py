@@ -36,9 +36,10 @@ from haptid.measurement.making.questions import (
     ask_columns,
     ask_constant,
     ask_facts,
-    ask_noise,
+    ask_sensor,
     ask_step,
     ask_supply,
+    ask_whether_to_write,
     assume_facts,
     assume_validation,
 )
@@ -102,9 +103,13 @@ def make_campaign(
         prepared = _with_supply(prepare_tables(tables, answers), answers.supply, asks=asks)
         _refuse_absent_joints(prepared, str(answers.device))
         answers = _with_constant(answers, prepared, asks=asks)
+    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
+    if asks and given["noise"] is None:
+        noise, resolution = ask_sensor(prepared, answers.resolution)
+        answers = replace(answers, noise=noise, resolution=resolution)
+        ask_whether_to_write()
     assumed += _assume_one_constant(prepared, answers)
     written = _write_checked(out, folder, prepared, answers)
-    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
     if assumed:
         click.echo("\n".join(["assumed, unless a flag says otherwise:", *(f"  {sentence}" for sentence in assumed)]))
     _tell_written(written, out)
@@ -276,7 +281,6 @@ def _answers(
         if flags["resolution"] is None and _holds_counts(tables, stated):
             flags["resolution"] = ask_step()
         stated = ask_columns(tables[0], stated, flags["resolution"])
-        flags["noise"] = ask_noise() if flags["noise"] is None else flags["noise"]
     _check_numbers(flags)
     return Answers(
         title=flags["title"] or folder.resolve().name,

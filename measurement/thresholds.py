@@ -97,6 +97,13 @@ class Thresholds:
     largest_locked_position: float = 1e4
     """Largest position of a locked joint [rad]."""
 
+    # Postures of locked joints.
+    largest_difference_of_one_posture: float = 5e-3
+    """Difference of a held joint's positions in two runs of the same free joints [rad] up to which both have one
+    posture: it changes a gravity torque by at most 0.5 % of its amplitude, covers encoders of 1250 counts a turn and
+    locks that repeat within 0.3°, and postures that are chosen to tell coefficients apart lie tenths of a radian apart.
+    A larger stated encoder step takes its place."""
+
     # Sizes of signals: beyond them a unit is wrong, and the run is refused.
     largest_torque: float = 1e12
     """Largest torque of a drive [N m]."""

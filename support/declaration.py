@@ -11,11 +11,12 @@ import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, redirect_stdout
+from types import ModuleType
 from typing import Any, ParamSpec
 
 import click
 
-from haptid.support.errors import HaptidError
+from haptid.support.errors import HaptidError, InputError
 from haptid.support.files.files import json_text
 from haptid.support.terminal import is_terminal
 from haptid.support.usage import OneLineCommand
@@ -89,12 +90,30 @@ def call(module: str, function: str, **settings: Any) -> Any:
     -------
     Any
         What the function returns: the result as a value for JSON.
+
+    Raises
+    ------
+    InputError
+        Where a package is not installed that the work imports.
     """
     # In a log nothing stands before an error, which is one line.
     told = is_terminal(sys.stderr) and not settings.get("quiet", False)
     with _told_of_loading() if told else nullcontext():
-        loaded = importlib.import_module(module)
+        loaded = _import_work(module)
     return getattr(loaded, function)(**settings)
+
+
+def _import_work(module: str) -> ModuleType:
+    """Import the work of a command; a package that the core needs and the environment lacks is one line."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        missing = (error.name or "").partition(".")[0]
+        if missing in ("", "haptid"):  # a fault of haptid itself, which its traceback tells
+            raise
+        todo = "install haptid again with its requirements (pip install haptid, or make in a clone)"
+        expected = f"the package {missing}, which haptid needs"
+        raise InputError(sys.executable, expected=expected, got="none in this environment", todo=todo) from None
 
 
 @contextmanager

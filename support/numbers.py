@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 PREFIXES = ("", "m", "µ", "n")
 """Prefixes of units for each thousandth, from one down."""
@@ -32,6 +33,43 @@ def plain(value: float, digits: int = 2) -> str:
     """
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e" in text and 1.0 <= abs(value) < 999_999.5 else text
+
+
+def read_number(text: str) -> float:
+    """Read a number, or a product of numbers, as users write the angle of an encoder count.
+
+    Parameters
+    ----------
+    text
+        Numbers and ``pi`` (``π``), joined by ``*`` and ``/``.
+
+    Returns
+    -------
+    float
+        Its value.
+
+    Raises
+    ------
+    ValueError
+        Where it is anything else, or divides by zero.
+
+    Examples
+    --------
+    >>> read_number("2e-4"), read_number("2*pi/4096") == 2 * math.pi / 4096
+    (0.0002, True)
+    """
+    spelled = re.sub(r"(?<=[\d.])\s*pi", "*pi", text.lower().replace("π", "pi"))  # 2π is 2*pi
+    value, operator = 1.0, "*"
+    for part in re.split(r"([*/])", spelled):
+        if part in ("*", "/"):
+            operator = part
+            continue
+        number = math.pi if part.strip() == "pi" else float(part)
+        if operator == "/" and number == 0.0:
+            message = f"division by zero in {text!r}"
+            raise ValueError(message)
+        value = value * number if operator == "*" else value / number
+    return value
 
 
 def says_nothing(std: float, lower: float, upper: float) -> bool:

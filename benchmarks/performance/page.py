@@ -72,6 +72,21 @@ def draw_growth(stored: Mapping[str, Any]) -> Drawing:
     return made
 
 
+def workers_in_words(stored: Mapping[str, Any]) -> str:
+    """Say whether several workers were sooner than one; empty where that was not measured."""
+    points = stored["curves"].get("workers", {}).get("points", ())
+    if len(points) < 2:
+        return ""
+    alone, most = points[0], points[-1]
+    walls = f"{alone['wall_s']:.2g} s with {alone['size']}, {most['wall_s']:.2g} s with {most['size']}"
+    if most["wall_s"] < alone["wall_s"]:
+        return f"Several workers were sooner than one ({walls})."
+    return (
+        f"Several workers were no sooner than one for so short a fit ({walls}): each starts an interpreter first, and "
+        "the work of others on the machine lengthens all wall times."
+    )
+
+
 def page_of(stored: Mapping[str, Any]) -> str:
     """Return the page of stored results."""
     waiting = [f"| `{name}` | {seconds:.2f} |" for name, seconds in stored["waiting_s"].items()]
@@ -97,7 +112,7 @@ def page_of(stored: Mapping[str, Any]) -> str:
         *growth_rows(stored),
         "",
         "The exponent is 1 where double the size takes double the time, from the first to the last size.",
-        "Several workers are worth their wall time, which the work of others on the machine lengthens.",
+        workers_in_words(stored),
         "",
     ]
     return "\n".join(lines)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from haptid.measurement.checks.motion import locked_posture
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.postures import locked_posture
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.planning.locking_order import locking_order

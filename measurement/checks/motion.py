@@ -9,6 +9,7 @@ import numpy as np
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.postures import locked_posture
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
 
@@ -42,22 +43,6 @@ def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
         if all(np.all(_travel(run) < THRESHOLDS.least_travel_over_noise * run.sensor_std) for run in runs):
             raise _at_rest(campaign, runs, [stated[run.file] for run in runs])
     return prepared
-
-
-def locked_posture(run: Run) -> tuple[float, ...]:
-    """Return the posture of the locked joints, with free joints at 0, so that runs in one posture compare equal.
-
-    Parameters
-    ----------
-    run
-        Run with its posture.
-
-    Returns
-    -------
-    tuple of float
-        Position of every joint of the device [rad] ([m]).
-    """
-    return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))
 
 
 def in_first_postures(campaign: Campaign) -> Campaign:

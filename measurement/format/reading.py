@@ -4,6 +4,7 @@
 2. Resolve the device, whose joint count the next steps need.
 3. Check the ``[joint.J]`` tables and read the table of each ``[[runs]]`` entry.
 4. Warn of unknown columns and of tables of joints that no run frees.
+5. Give runs whose locked joints stand within what readings tell one posture.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from haptid.measurement.format.joint_tables import (
 from haptid.measurement.format.run_entries import Reading, read_runs, table_inside
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.postures import join_postures
 from haptid.measurement.values.warning import warn
 from haptid.model.device.device import Device
 from haptid.support.command import word_command
@@ -111,7 +113,7 @@ def campaign_from(source: TomlSource, folder: Path, read: Reading, loaded: Devic
         device=device,
         measured=head["measured"],
         hold=head.get("hold", "zero"),
-        runs=runs,
+        runs=join_postures(runs),
         parameter_overrides=_with_drives(read_overrides(source, tables), drives),
         drives={joint: stated.drive for joint, stated in drives.items()},
         torque_constants=drive_constants(tables),

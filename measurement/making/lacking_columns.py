@@ -192,6 +192,23 @@ class _Remedy:
         return f"no {', no '.join(self.lacking)}: name them, as in {first}{note}"
 
 
+def holds_likely(signal: str, columns: Sequence[str]) -> bool:
+    """Whether a column is likely meant by a signal.
+
+    Parameters
+    ----------
+    signal
+        ``time``, ``torque`` or ``position``.
+    columns
+        Names of the columns, those of the campaign format among them.
+
+    Returns
+    -------
+    bool
+    """
+    return _likeliest_column(signal, [column for column in columns if not KNOWN.fullmatch(column)]) != ("", "")
+
+
 def _likeliest_column(signal: str, columns: Sequence[str]) -> tuple[str, str]:
     """Return the column that is most likely meant by a signal, and what it is mapped to; empty where none is."""
     likely = [(column, goal) for column in columns if (goal := _likely_goal(signal, column))]

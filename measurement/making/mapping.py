@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.lacking_columns import joint_slides, tell_how_to_name
+from haptid.measurement.making.lacking_columns import holds_likely, joint_slides, tell_how_to_name
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
+from haptid.support.numbers import read_number
 
 TORQUE = re.compile(
     rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A|voltage_({JOINT})_V|duty_({JOINT}))"
@@ -54,7 +55,8 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
     Parameters
     ----------
     entries
-        ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as ``angle_deg=position_0_rad*0.017453292519943295``.
+        ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as ``angle_deg=position_0_rad*0.017453292519943295`` or
+        ``enc=position_0_rad*2*pi/4096``.
 
     Returns
     -------
@@ -74,7 +76,7 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
             expected = "COLUMN=NAME or COLUMN=NAME*FACTOR with a NAME such as torque_0_Nm or position_0_rad"
             raise InputError(FLAG, expected=expected, got=repr(entry))
         try:
-            targets[column] = Target(name=name, factor=float(factor or 1))
+            targets[column] = Target(name=name, factor=read_number(factor or "1"))
         except ValueError:
             raise InputError(FLAG, expected=f"a number as the factor of {name}", got=repr(factor)) from None
     return targets
@@ -171,6 +173,7 @@ def free_joints(
     if not found_joints or "time_s" not in columns:
         if not driven:
             _refuse_share_of_torque(columns, file)
+            _refuse_reference_alone(columns, file, seen)
         parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
         lacking = [word for there, word in parts if not there]
         todo = (
@@ -180,6 +183,20 @@ def free_joints(
         )
         raise InputError(file, expected=COLUMNS_NEEDED, got=", ".join(columns), todo=todo)
     return tuple(sorted(found_joints))
+
+
+def _refuse_reference_alone(columns: list[str], file: str, seen: set[int]) -> None:
+    """Refuse a position beside what it is to follow, as state and action of a robot's data set, and nothing else."""
+    followed = seen & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
+    if not followed or "time_s" not in columns or holds_likely("torque", columns):
+        return
+    joint = min(followed)
+    todo = (
+        f"log one of them, or state the position controller: [joint.{joint}.controller] in a campaign.toml of your "
+        "own, or joints= of Campaign.from_frames"
+    )
+    expected = f"torque, current, voltage or duty of joint {joint}"
+    raise InputError(file, expected=expected, got="its position and reference alone", todo=todo)
 
 
 def _which_joints(driven: Collection[int], seen: Collection[int], only: tuple[int, ...] | None) -> str:

@@ -25,6 +25,7 @@ from haptid.measurement.making.usable_rows import (
     without_shared_rows,
 )
 from haptid.measurement.tables.table import Table
+from haptid.measurement.values.postures import median_postures
 from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
@@ -229,8 +230,9 @@ def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, devic
     """
     runs: list[dict[str, Any]] = []
     sensor: dict[str, float | None] = {}
-    for one in prepared:
-        posture = {"locked_positions_rad": list(one.posture)} if any(one.posture) else {}
+    held = [np.array(one.posture) for one in prepared]
+    for one, joined in zip(prepared, median_postures([one.free for one in prepared], held, {}), strict=True):
+        posture = {"locked_positions_rad": np.round(joined, DECIMALS_OF_POSTURE).tolist()} if joined.any() else {}
         runs.append({"file": one.file, "free_joints": list(one.free), **posture, "use": one.use})
         for unit in ("rad", "m"):
             if any(f"position_{joint}_{unit}" in one.frame for joint in one.free):

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
 from haptid.measurement.making.mapping import TORQUE, Target, parse_map
+from haptid.measurement.making.prepared import PreparedTable
 from haptid.measurement.making.units_in_names import understand_columns
+from haptid.measurement.signals.noise import estimate_noise
+from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
+from haptid.support.numbers import read_number
 
 T = TypeVar("T")
 
@@ -41,7 +47,7 @@ def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[
         question = "Device (built-in name, device TOML or URDF, or single_joint)"
         flags["device"] = _ask(question, propose_device(folder), lambda reply: find_device(reply, folder))
     if flags["measured"] is None:
-        flags["measured"] = click.confirm("Were the data measured on a real device?", default=True)
+        flags["measured"] = _ask_whether("Were the data measured on a real device?")
     if not flags["validate"] and len(tables) > 1:
         question = f"Runs to keep from every fit, of {' '.join(names)} (names or val_*.csv, separated by spaces)"
         flags["validate"] = _ask(
@@ -158,8 +164,8 @@ def ask_step() -> float:
     float
         Angle [rad], 0 or more.
     """
-    step: float = click.prompt("Angle of one encoder count [rad] (2π/4096 = 0.00153398)", type=click.FloatRange(min=0))
-    return step
+    question = "Angle of one encoder count [rad] (as 2*pi/4096)"
+    return _ask(question, None, lambda reply: _number_of(reply, "angle of a count", least=0.0))
 
 
 def ask_supply() -> float:
@@ -193,7 +199,7 @@ def ask_constant(key: str) -> float:
 
 def _factor(reply: str) -> float:
     try:
-        number = float(reply)
+        number = read_number(reply)
     except ValueError:
         number = 0.0
     if not 0.0 < abs(number) < float("inf"):
@@ -201,31 +207,89 @@ def _factor(reply: str) -> float:
     return number
 
 
-def ask_noise() -> float | None:
-    """Ask for the noise of the position.
+def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> tuple[float | None, float | None]:
+    """Ask for noise and encoder step of the position, with what the data tell as the replies to a bare Enter.
+
+    Parameters
+    ----------
+    prepared
+        Tables with their free joints.
+    resolution
+        Encoder step [rad] ([m]), where it is known already.
 
     Returns
     -------
-    float or None
-        Standard deviation [rad] ([m]); None where it is to be estimated from the data.
+    noise, resolution : float or None
+        Standard deviation and step [rad] ([m]); None where they are to be estimated from the data.
     """
-    question = "Standard deviation of the position's noise [rad] (empty: estimated from the data)"
-    return _ask(question, "", _number_or_none)
+    noises, steps = _estimate_sensor(prepared)
+    noise = _ask_estimated("Standard deviation of the position's noise [rad]", "noise", noises)
+    if resolution is None:
+        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", steps)
+    return noise, resolution
 
 
-def _number_or_none(reply: str) -> float | None:
-    if not reply:
-        return None
+def ask_whether_to_write() -> None:
+    """Ask whether the campaign is to be written as it was understood.
+
+    Raises
+    ------
+    InputError
+        Where it is not.
+    """
+    if not _ask_whether("Write the campaign as understood above?"):
+        todo = "run it again; --map, --free, --device and --validate say what is meant"
+        raise InputError("campaign", expected="a yes to what was understood", got="no: nothing was written", todo=todo)
+
+
+def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], list[float]]:
+    """Estimate noise and encoder step of every free joint in every table, in its unit."""
+    noises, steps = [], []
+    for one in prepared:
+        for joint in one.free:
+            for name in (f"position_{joint}_rad", f"position_{joint}_m"):
+                if name in one.frame:
+                    y = pd.to_numeric(one.frame[name], errors="coerce").to_numpy(dtype=float)
+                    steps.append(estimate_resolution(y))
+                    noises.append(estimate_noise(one.t, y, steps[-1]))
+    return noises, steps
+
+
+def _ask_estimated(question: str, what: str, estimates: Sequence[float]) -> float | None:
+    """Ask for a number; the default shows the estimates, and stands for estimating each run's own."""
+    ends = dict.fromkeys(f"{end:.2g}" for end in (min(estimates), max(estimates)))
+    default = f"estimated: {' to '.join(ends)}"
+
+    def read(reply: str) -> float | None:
+        return None if reply == default else _number_of(reply, what, above=0.0)
+
+    return _ask(question, default, read)
+
+
+def _number_of(reply: str, what: str, *, least: float = -math.inf, above: float = -math.inf) -> float:
+    """Read a number from a reply, which may be a product as ``2*pi/4096``."""
     try:
-        number = float(reply)
+        number = read_number(reply)
     except ValueError:
-        number = 0.0
-    if not number > 0.0:
-        raise InputError("noise", expected="a number above 0, or nothing", got=repr(reply))
+        number = math.nan
+    if not (number >= least and number > above and math.isfinite(number)):
+        expected = f"a number above {above:g}" if math.isfinite(above) else f"a number of at least {least:g}"
+        raise InputError(what, expected=f"{expected}, as 2e-4 or 2*pi/4096", got=repr(reply))
     return number
 
 
-def _ask(question: str, default: str, read: Callable[[str], T]) -> T:
+def _ask_whether(question: str) -> bool:
+    """Ask for yes, the default, or no."""
+
+    def read(reply: str) -> bool:
+        if reply.lower() not in ("y", "yes", "n", "no"):
+            raise click.UsageError("answer y or n")
+        return reply.lower().startswith("y")
+
+    return _ask(f"{question} (y/n)", "y", read)
+
+
+def _ask(question: str, default: str | None, read: Callable[[str], T]) -> T:
     """Ask until ``read`` accepts the reply."""
 
     def check_reply(reply: str) -> T:

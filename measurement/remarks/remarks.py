@@ -14,6 +14,7 @@ import numpy as np
 from haptid.measurement.format.drive_columns import COMMANDS
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_misnamed, find_odd_sensors, twins
 from haptid.measurement.remarks.limits import limits_of
+from haptid.measurement.remarks.postures import find_lonely_postures, find_unfitted_postures
 from haptid.measurement.remarks.saturation import find_saturation
 from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.remarks.stated_controller import find_other_controllers, with_recorded_torques
@@ -80,7 +81,8 @@ def remarks_of(
     limits = limits_of(campaign)
     controllers = find_other_controllers(campaign)
     campaign = with_recorded_torques(campaign)
-    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
+    unfitted, lonely = find_unfitted_postures(campaign.runs), find_lonely_postures(campaign.runs)
+    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), unfitted)
     turned = wrong_signs(campaign.runs)
     fulls = [with_noise(run) for run in campaign.runs]
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
@@ -105,8 +107,9 @@ def remarks_of(
             ]
             stated = campaign.parameter_overrides.get(joint, {})
             doubts.append((*_stillness(run, full, column, stated), *slips, *by_joint, *shared))
+            alone = [lonely[run.file]] if run.file in lonely else []
             is_closed = joint in closed and len(run.free_joints) == 1
-            sentences.append((*_circumstances(run, column, is_closed=is_closed), *doubts[-1]))
+            sentences.append((*_circumstances(run, column, is_closed=is_closed), *alone, *doubts[-1]))
         made.append(
             Remarks(
                 run=run,

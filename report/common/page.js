@@ -21,6 +21,13 @@
     grid: { stroke: ink("grid"), width: 1 }, size: 22, ...(log ? { splits: decades, values: (u, splits) => splits.map((x) => (String(x).match(/^[0.]*1[0e-]*/) ? String(x) : "")) } : {}),
   });
 
+  // A long label of the y axis is written smaller, so that no part of it lies beyond the plot.
+  const fitted = (label, height) => {
+    const c = document.createElement("canvas").getContext("2d");
+    c.font = FONT;
+    return FONT.replace("12px", Math.min(12, (12 * (height - 48)) / Math.max(c.measureText(label).width, 1)).toFixed(1) + "px");
+  };
+
   // Bands, levels and marks lie below the curves.
   const drawGround = (panel) => (u) => {
     const { left, top, width, height } = u.bbox, c = u.ctx;
@@ -77,10 +84,11 @@
       ...(panel.joint ? (c.dots ? { paths: () => null } : {}) : { facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }], paths: drawPlane(c) }),
     }));
     const reset = (u) => { u.batch(() => { u.setScale("x", { min: panel.x_range[0], max: panel.x_range[1] }); u.setScale("y", { min: panel.y_range[0], max: panel.y_range[1] }); }); };
+    const height = panel.joint ? HEIGHT : 1.5 * HEIGHT;
     const options = {
-      mode: panel.joint ? 1 : 2, width: Math.max(box.clientWidth, 200), height: panel.joint ? HEIGHT : 1.5 * HEIGHT, padding: [6, 10, 0, 0],
+      mode: panel.joint ? 1 : 2, width: Math.max(box.clientWidth, 200), height, padding: [6, 10, 0, 0],
       scales: { x: scale(panel.x_range, panel.x_log), y: scale(panel.y_range, panel.y_log) },
-      axes: [axis(panel.x_label, panel.x_log), { ...axis(panel.y_label, panel.y_log), size: 56 }],
+      axes: [axis(panel.x_label, panel.x_log), { ...axis(panel.y_label, panel.y_log), labelFont: fitted(panel.y_label || "", height), size: 56 }],
       series: [panel.joint ? { label: panel.x_label || "x", value: written } : {}, ...fills.map(() => ({ class: "edge", width: 0, points: { show: false } })), ...series],
       bands: panel.fills.map((f, i) => ({ series: [2 * i + 1, 2 * i + 2], fill: faint(f) })),
       legend: { live: panel.joint, markers: { width: 0, fill: (u, i) => u.series[i].fillMark } }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },

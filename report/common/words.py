@@ -133,8 +133,8 @@ FITS = _group(
         "plain", "look",
         "The plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts runs that no fit "
         "saw better than a fit of the whole model, so that it is the result.",
-        "Use the plain model with care: its values are uncertain. Try haptid missing; plan runs that excite friction "
-        "at low speed with haptid plan.",
+        "Use the plain model with care: its values are uncertain. Try haptid missing; make runs at low speed, which "
+        "excite friction.",
     ),
     (
         "observed", "look",
@@ -157,7 +157,8 @@ STATUSES = _group(
     (
         "unidentifiable", "look",
         "The value alone is not known, or only within 50 %. A combination with others may be known well.",
-        "Use the combination that the page lists, or run haptid plan for tests that tell them apart.",
+        "Use a combination where the page lists one, or make runs that tell them apart; of a device with several "
+        "joints, haptid plan proposes them.",
     ),
     (
         "at_bound", "bad",

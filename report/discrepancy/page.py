@@ -23,6 +23,7 @@ from haptid.model.equations.quantity import Quantity
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import in_thousandths, round_to_error, with_error, write_gain
 from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.report.discrepancy.alarm import tell_small_alarm
 from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
 from haptid.report.discrepancy.motion_pictures import before_after_pictures
 from haptid.report.discrepancy.unnamed_section import unnamed_section
@@ -407,7 +408,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     ]
     return Page(
         title=f"{finding.search.study.title}: {title}",
-        lead=j.sentence,
+        lead=" ".join(filter(None, (j.sentence, tell_small_alarm(finding)))),
         sections=[s for s in sections if s.paragraphs or s.pictures or any(t.rows for t in s.tables)],
         synthetic=not measured,
         footer=footer,

@@ -36,7 +36,8 @@ def glance_table(steps: Sequence[Step], verification: Verification, files: Seque
         Verdict, residual of the worst run that no fit saw (of the worst fitted one where there is none), what to do,
         and the files.
     """
-    rows = [_step_row(step, files) for step in steps]
+    advised: dict[str, str] = {}
+    rows = [_step_row(step, files, advised) for step in steps]
     own = {file for step in steps for file in _files_of(step, files)}
     rest = [file for file in files if file not in own]
     if verification.runs or rest:
@@ -51,7 +52,8 @@ def _files_of(step: Step, files: Sequence[str]) -> list[str]:
     return [file for file in files if file.rsplit(".", 1)[0] in stems]
 
 
-def _step_row(step: Step, files: Sequence[str]) -> tuple[str | Cell, ...]:
+def _step_row(step: Step, files: Sequence[str], advised: dict[str, str]) -> tuple[str | Cell, ...]:
+    """Return the line of a configuration; ``advised`` collects which one has a piece of advice first."""
     word, worst = word_of(f"fit-{step.fit.outcome.label}"), worst_score(step)
     unit = residual_unit(step)
     size = "–" if worst is None else in_thousandths(worst.rmse_rad, unit)
@@ -60,19 +62,43 @@ def _step_row(step: Step, files: Sequence[str]) -> tuple[str | Cell, ...]:
     links = (*_files_of(step, files), RESULT)
     said = step.configuration.name + (" (torque)" if step.torque_scored else "")
     name = Cell(text=said, anchor=step.configuration.anchor)
-    return name, Cell(text=word.text, word=word.key), size, over, run, _next_action(step, word), Cell(links=links)
+    return (
+        name,
+        Cell(text=word.text, word=word.key),
+        size,
+        over,
+        run,
+        _next_action(step, word, advised),
+        Cell(links=links),
+    )
 
 
-def _next_action(step: Step, word: Word) -> str:
-    """Say what to do: first of all mend a held torque; after a fit at the noise, what is open in its parameters."""
+def _next_action(step: Step, word: Word, advised: dict[str, str]) -> str:
+    """Say what to do: first of all mend a held torque; after a fit at the noise, what is open in its parameters.
+
+    What is said of open parameters in an earlier line is not repeated.
+    """
     if word.level != "good" and seems_held_by_mistake(step):
         return f"State {LINEAR_HOLD} and fit again: the torque acts half a row before it is recorded."
     for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
         ids = [id for id, one in step.fit.statuses.items() if one == status]
         if ids:
             found = word_of(f"status-{status}")
-            return f"{word.action} {', '.join(ids)}: {found.text} ({found.plain}). {found.action}"
+            action = _tell_apart(step) if status == "unidentifiable" else found.action
+            first = advised.setdefault(f"{status} {action}", step.configuration.name)
+            if first != step.configuration.name:
+                return f"{word.action} {', '.join(ids)}: {found.text}, as for {first}."
+            return f"{word.action} {', '.join(ids)}: {found.text} ({found.plain}). {action}"
     return word.action
+
+
+def _tell_apart(step: Step) -> str:
+    """Say what to do about parameters that are not known: only what this page lists, and this device can do."""
+    listed = "Use the combination that the page lists, or " if step.fit.combinations else ""
+    # A single joint has no other joints that could be locked elsewhere, which is what haptid plan proposes.
+    other = "run haptid plan for tests" if step.configuration.posture else "make runs"
+    said = f"{listed}{other} that tell them apart."
+    return said[0].upper() + said[1:]
 
 
 def _whole_row(verification: Verification, files: Sequence[str]) -> tuple[str | Cell, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 from haptid.identification.links.consistency import summary as consistency_summary
 from haptid.identification.output.plain_comparison import tell_size_and_share
 from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row, worst_score
+from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
@@ -116,8 +117,10 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
         worst = worst_score(step)
         if worst is None or worst.use != "validate":
             continue
-        if worst.over_noise <= THRESHOLDS.largest_residual_as_noise:
-            good.append(step.configuration.name)
+        quiet = worst.over_noise <= THRESHOLDS.largest_residual_as_noise
+        # A run's own noise varies about the pooled one: the outcome has judged that, and its word stands below.
+        if quiet or step.fit.outcome in (Outcome.CONVERGED, Outcome.SINGLE_START):
+            good.append(step.configuration.name + ("" if quiet else f" ({plain(worst.over_noise, 3)} × noise)"))
         else:
             size = tell_size_and_share(worst, residual_unit(step))
             poor.append(f"{step.configuration.name} ({plain(worst.over_noise, 3)} × noise){size}")

@@ -79,7 +79,7 @@ def correlation_figure(traces: Sequence[Trace]) -> Figure:
         right.set_xscale("log")
         right.set_yscale("log")
         right.set_xlabel("frequency [Hz]")
-        right.set_ylabel("spectrum over the noise [1]")
+        right.set_ylabel("spectrum / noise [1]")
         right.legend(fontsize=6)
     return made
 

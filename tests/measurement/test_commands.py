@@ -48,13 +48,40 @@ def test_new_from_flags(tables, tmp_path):
 
 def test_new_asks_where_flags_are_absent(tables, tmp_path, monkeypatch):
     monkeypatch.setattr(new, "_can_ask", lambda: True)
-    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ntorque_2_Nm\nposition_2_rad*0.0174533\n1e-4\n"
+    answers = "Asked\n\nbanana\ny\ntwo.csv\ntime_s*0.001\ntorque_2_Nm\nposition_2_rad*0.0174533\n1e-4\n\n\n"
     result = run_new(tables, "--out", tmp_path / "made", answers=answers)
     assert result.exit_code == 0, result.output
+    assert "Error: answer y or n\n" in result.output
+    assert "invalid input" not in result.output
     campaign = read_campaign(tmp_path / "made")
     assert (campaign.title, campaign.device, campaign.measured) == ("Asked", "single_joint", True)
     assert campaign.noise_given
     assert [run.use for run in campaign.runs] == ["fit", "validate"]
+
+
+def test_new_shows_what_it_estimates_and_understood_before_it_writes(tables, tmp_path, monkeypatch):
+    monkeypatch.setattr(new, "_can_ask", lambda: True)
+    rng = np.random.default_rng(0)
+    for path in tables.iterdir():
+        frame = pd.read_csv(path)
+        frame["deg"] = np.round((frame["deg"] + rng.normal(0.0, 0.02, len(frame))) / 0.01) * 0.01
+        frame.to_csv(path, index=False)
+    head = "Asked\n\ny\ntwo.csv\n"
+    result = run_new(tables, *MAPS, "--out", tmp_path / "made", answers=head + "nothing\n\n2*pi/4096\nn\n")
+    assert result.exit_code == 2
+    assert not (tmp_path / "made").exists()
+    assert "got no: nothing was written" in result.output
+    shown, _, asked = result.output.partition("Standard deviation of the position's noise [rad] [estimated: ")
+    assert "two.csv: validate, 200 rows, 0.995 s at 200 Hz; joint 2 moves by 0.69" in shown
+    low = float(asked.split("]")[0].split(" to ")[0])
+    assert 2e-4 < low < 5e-4
+    assert "noise: expected a number above 0, as 2e-4 or 2*pi/4096, got 'nothing'" in asked
+    assert "Step of the encoder [rad] (as 2*pi/4096) [estimated: 0.00017]" in asked
+    result = run_new(tables, *MAPS, "--out", tmp_path / "made", answers=head + "\n2*pi/4096\n\n")
+    assert result.exit_code == 0, result.output
+    (step,) = {float(run.resolution[0]) for run in read_campaign(tmp_path / "made").runs}
+    assert step == pytest.approx(2 * np.pi / 4096)
+    assert not read_campaign(tmp_path / "made").noise_given
 
 
 def test_new_with_yes_asks_nothing_and_says_what_it_assumed(tables, tmp_path, monkeypatch):
@@ -338,7 +365,7 @@ def test_new_remarks_on_a_constant_that_turns_the_sign(tables, tmp_path, constan
 
 def test_new_asks_for_the_torque_of_an_ampere(tables, tmp_path, monkeypatch):
     monkeypatch.setattr(new, "_can_ask", lambda: True)
-    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ncurrent_2_A\nposition_2_rad*0.0174533\n1e-4\nmany\n0.25\n"
+    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ncurrent_2_A\nposition_2_rad*0.0174533\nmany\n0.25\n1e-4\n\n\n"
     result = run_new(tables, "--out", tmp_path / "made", answers=answers)
     assert result.exit_code == 0, result.output
     assert "torque of an ampere: expected a number, not 0, got 'many'" in result.output

@@ -11,9 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.api.campaign import Campaign
-from haptid.measurement.checks.motion import in_first_postures, locked_posture
+from haptid.measurement.checks.motion import in_first_postures
 from haptid.measurement.format.embedded import FOLDERS, choose_campaign, embedded_campaign, embedded_option, name_of
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.values.postures import locked_posture
 from haptid.support.command import exit_codes
 from haptid.support.errors import InputError
 

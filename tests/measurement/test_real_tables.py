@@ -115,7 +115,7 @@ def test_a_device_that_is_nowhere_is_refused_by_its_own_name(tmp_path: Path):
 
 def test_a_wrong_reply_is_asked_again_and_the_others_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     write_pendulum(tmp_path / "tables")
-    replies = "Mine\nrobot\nsingle_joint\ny\nthree.csv\nval_*.csv\nmuch\n2e-4\n"
+    replies = "Mine\nrobot\nsingle_joint\ny\nthree.csv\nval_*.csv\nmuch\n2e-4\n\n\n"
     done = ask_init(monkeypatch, replies, tmp_path / "tables", "--out", tmp_path / "made")
     assert done.exit_code == 0, done.output
     campaign = read_campaign(tmp_path / "made")
@@ -129,7 +129,7 @@ def test_counts_and_unnamed_columns_are_asked_for(tmp_path: Path, monkeypatch: p
     folder.mkdir()
     columns = {"ms": 2.0 * ROWS, "tau": np.cos(0.02 * ROWS), "encoder counts": np.round(200 * np.sin(0.02 * ROWS))}
     pd.DataFrame(columns).to_csv(folder / "a.csv", index=False)
-    replies = "Mine\n\ny\n0.0015\ntime_s*0.001\ntorque\ntorque_0_Nm\n\n"
+    replies = "Mine\n\ny\n2*0.00075\ntime_s*0.001\ntorque\ntorque_0_Nm\n\n\n"
     done = ask_init(monkeypatch, replies, folder, "--out", tmp_path / "made")
     assert done.exit_code == 0, done.output
     run = read_campaign(tmp_path / "made").runs[0]

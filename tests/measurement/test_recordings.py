@@ -323,12 +323,14 @@ def test_real_logs_of_bam_become_a_campaign(folder: Path):
 # LeRobot
 
 
-def lerobot(folder: Path, *, names: Any = ("shoulder.pos", "elbow.pos"), episodes: int = 2) -> Path:
+def lerobot(
+    folder: Path, *, names: Any = ("shoulder.pos", "elbow.pos"), episodes: int = 2, driven: str = "observation.effort"
+) -> Path:
     pytest.importorskip("pyarrow")
     (folder / "meta").mkdir()
     (folder / "data" / "chunk-000").mkdir(parents=True)
     feature = {"dtype": "float32", "shape": [2], "names": names if isinstance(names, dict) else list(names)}
-    features = {"observation.state": feature, "observation.effort": feature, "timestamp": {"names": None}}
+    features = {"observation.state": feature, driven: feature, "timestamp": {"names": None}}
     (folder / "meta" / "info.json").write_text(json.dumps({"codebase_version": "v3.0", "features": features}))
     frames = []
     for episode in range(episodes):
@@ -336,7 +338,7 @@ def lerobot(folder: Path, *, names: Any = ("shoulder.pos", "elbow.pos"), episode
             pd.DataFrame(
                 {
                     "observation.state": list(np.column_stack([POSITION, 0 * POSITION]).astype("float32")),
-                    "observation.effort": list(np.column_stack([TORQUE, 0 * TORQUE]).astype("float32")),
+                    driven: list(np.column_stack([TORQUE, 0 * TORQUE]).astype("float32")),
                     "timestamp": T.astype("float32"),
                     "frame_index": np.arange(ROWS),
                     "episode_index": episode,
@@ -386,6 +388,16 @@ def test_units_that_nothing_states_are_not_guessed(folder: Path):
     assert done.exit_code == 2
     assert "episode_000000: expected columns time_s, torque_<j>_Nm, position_<j>_rad" in done.output
     assert "name them, as in --map 'observation.effort.shoulder.pos=torque_0_Nm'" in done.output
+
+
+def test_state_and_action_alone_are_refused_with_what_suffices(folder: Path):
+    lerobot(folder, driven="action")
+    maps = ["--map", "observation.state.elbow.pos=position_0_rad", "--map", "action.elbow.pos=reference_0_rad"]
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic", *maps])
+    assert done.exit_code == 2, done.output
+    told = "torque, current, voltage or duty of joint 0, got its position and reference alone; log one of them, or "
+    assert f"{told}state the position controller: [joint.0.controller] in a campaign.toml" in done.output
+    assert len(done.output.splitlines()) == 1
 
 
 def test_damaged_data_sets_of_lerobot_are_refused_in_one_line(folder: Path):

@@ -16,7 +16,7 @@ from haptid.report.common.charts import picture_of
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.page import Cell, Page, Section, Table, word_cell
 from haptid.report.common.stored_page import write_page
-from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure
+from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from haptid.report.common.words import WORDS
 from haptid.report.identification.parameter_figures import interval_figure
 
@@ -178,8 +178,9 @@ def wordy(tmp_path_factory) -> Path:
     header = ("joint", "verdict", "missing", "missed before", "missed after", "× noise", "worst run")
     header += ("what to do next", "files")
     action = "Either model serves: choose by what is known of the machine."
+    name = Cell(text="joints 0, 1, posture 12", anchor="joints01-12")
     row = (
-        "0",
+        name,
         word_cell("verdict", "ambiguous"),
         "amplitude_scatter, amplifier_lag",
         "0.645 mrad",
@@ -252,6 +253,47 @@ def test_names_break_beside_dots_and_underscores_alone(visit, wordy, width):
     effect = shown.locator(".glance td[data-label='missing']").first
     for name in (link, effect):
         assert set(name.evaluate(LINES_OF_WORDS)) == {1}
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_word_of_a_joint_s_name_is_broken(visit, wordy, width):
+    """A name beside wide cells read "joint 0, postur/e 12"."""
+    shown = visit(wordy, width)
+    name = shown.locator(".glance td[data-label='joint'] a").first
+    assert set(name.evaluate(LINES_OF_WORDS)) == {1}
+
+
+KEEP_LABELS = """() => {
+    window.labels = [];
+    const draw = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (text, ...place) {
+        const turned = Math.abs(this.getTransform().b) > 0.5;
+        if (turned) { window.labels.push([text, this.measureText(text).width]); }
+        return draw.call(this, text, ...place);
+    };
+}"""
+"""Notes every text that is drawn upright: its width in pixels."""
+
+
+def test_a_label_of_a_figure_is_no_longer_than_its_axis(visit, tmp_path):
+    """The label "spectrum over the noise [1]" was cut."""
+    label = "spectrum over the noise [1]"
+    with style():
+        drawn = figure(4.0, 3.0)
+        axes = drawn.subplots()
+        axes.plot([0.0, 1.0], [0.0, 1.0])
+        axes.set_ylabel(label)
+    picture = picture_of(drawn, caption="A line.", alt="A line")
+    section = Section(title="Joint 0", pictures=(picture,))
+    page = Page(title="Joint 0", lead="l", sections=[section], synthetic=True)
+    shown = visit(write_page(tmp_path / "report.html", page), 1280)
+    shown.evaluate(KEEP_LABELS)
+    shown.set_viewport_size({"width": 1100, "height": 900})
+    shown.wait_for_timeout(200)
+    found = [one for one in shown.evaluate("window.labels") if one[0] == label]
+    assert found
+    plot = 146  # height of a picture less its axis
+    assert all(width <= plot for _, width in found)
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -172,6 +172,46 @@ def test_the_lead_has_the_worst_unseen_run_and_the_worst_joint(page):
     assert "within 26 × noise on the worst joint, 15.6 × what noise and the spread of the parameters explain" in lead
 
 
+@pytest.mark.parametrize(
+    ("outcome", "said"),
+    [
+        (Outcome.CONVERGED, "On runs that no fit saw, what is left is the sensor's noise: joint 4 (1.24 × noise)."),
+        (Outcome.OBSERVED, "The residual stays above the noise: joint 4 (1.24 × noise)."),
+    ],
+)
+def test_the_lead_agrees_with_the_outcome(outcome, said):
+    step = replace(STEP, fit=FIT.but(outcome=outcome, runs=(SCORES[0], replace(SCORES[1], over_noise=1.24))))
+    seen = render(whole_page, "A joint", (step,), [[]], (None,), {**DATA, "links": {}}, Verification(runs=()))
+    assert seen.paragraphs[0] == said
+
+
+@pytest.mark.parametrize(
+    ("posture", "combinations", "said"),
+    [
+        ((0.0, 0.0), FIT.combinations, "Use the combination that the page lists, or run haptid plan for tests that"),
+        ((0.0, 0.0), (), "Run haptid plan for tests that tell them apart."),
+        ((), FIT.combinations, "Use the combination that the page lists, or make runs that tell them apart."),
+        ((), (), "Make runs that tell them apart."),
+    ],
+)
+def test_what_is_open_is_advised_on_by_what_the_page_and_the_device_have(posture, combinations, said):
+    fit = FIT.but(statuses={**FIT.statuses, "Ks": "unidentifiable"}, combinations=combinations)
+    step = replace(STEP, configuration=replace(STEP.configuration, posture=posture), fit=fit)
+    action = glance_table([step], Verification(runs=()), ()).rows[0][5]
+    assert f"Ks: unidentifiable (not known from these runs alone). {said}" in action
+
+
+def test_advice_on_open_parameters_is_given_once():
+    fit = FIT.but(statuses={**FIT.statuses, "Ks": "unidentifiable"})
+    other = replace(STEP, configuration=replace(STEP.configuration, free_joints=(3,)), fit=fit)
+    first, second, third = (
+        row[5] for row in glance_table([replace(STEP, fit=fit), other, STEP], Verification(runs=()), ()).rows[:3]
+    )
+    assert first.count("Ks: unidentifiable (not known from these runs alone). Use the combination") == 1
+    assert second == "Use the values and the FMU. Ks: unidentifiable, as for joint 4."
+    assert third == "Use the values and the FMU."
+
+
 @pytest.mark.parametrize(("home", "which"), [(True, "tests in the lock"), (False, "more tests in lock")])
 def test_the_lead_tells_the_closed_loop_apart_and_which_tests_would_help(home, which):
     (closed,) = VERIFICATION.runs

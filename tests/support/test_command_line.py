@@ -16,6 +16,7 @@ from haptid.command_line import COMMANDS, main
 from haptid.discrepancy.commands import STAGES as OFFERED
 from haptid.discrepancy.finding.stages import STAGES
 from haptid.support import declaration
+from haptid.support.errors import InputError
 from haptid.support.installing.environment import ROOT
 from haptid.version import version
 
@@ -155,3 +156,17 @@ def test_a_module_ends_in_one_line_too():
     )
     told = "error: python -m measurement.new: missing option '--out'; see python -m measurement.new --help\n"
     assert (done.returncode, done.stderr) == (2, told)
+
+
+@pytest.mark.parametrize(
+    ("line", "error"), [("import no_such_package.part", InputError), ("import haptid.nothing", ModuleNotFoundError)]
+)
+def test_an_absent_package_is_one_line(line, error, tmp_path, monkeypatch):
+    (tmp_path / "work_of_a_command.py").write_text(f"{line}\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "work_of_a_command", raising=False)
+    with pytest.raises(error) as raised:
+        declaration.call("work_of_a_command", "run", quiet=True)
+    if error is InputError:
+        assert "expected the package no_such_package, which haptid needs" in str(raised.value)
+        assert "\n" not in str(raised.value)

@@ -16,7 +16,7 @@ from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
 from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import page_of as performance_page
-from benchmarks.performance.page import text_table
+from benchmarks.performance.page import text_table, workers_in_words
 from benchmarks.simulators import page as simulators
 from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
@@ -142,3 +142,12 @@ def test_a_comparison_takes_the_place_of_an_earlier_one_of_the_same_commits(tmp_
     assert page.count("## Commits 1 and 2") == 1
     assert "1 of 2 files are the same" in page
     assert "| `plan/` | `python -m model.plan` | 1 | 0 | `plan/b.json` (missing on one side) |" in page
+
+
+@pytest.mark.parametrize(("walls", "said"), [((5.8, 46.0), "no sooner than one"), ((5.8, 3.1), "sooner than one")])
+def test_the_words_on_workers_follow_their_numbers(walls: tuple[float, float], said: str):
+    points = [{"size": size, "wall_s": wall} for size, wall in zip((1, 2), walls, strict=True)]
+    told = workers_in_words({"curves": {"workers": {"points": points}}})
+    assert f"Several workers were {said}" in told
+    assert f"{walls[0]} s with 1, {walls[1]:.2g} s with 2" in told
+    assert workers_in_words({"curves": {}}) == ""
