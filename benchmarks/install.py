@@ -2,9 +2,9 @@
 
 ``python -m benchmarks.install`` copies the checkout as it is committed, installs it into new environments by ``pip
 install .`` without and with pip's cache, and runs README's ``make fmu`` in a new environment with an empty cache of
-haptid's. It writes ``docs/results/install.json``, from which the paragraph of README is made; ``--page`` writes that
-again from the stored results. Packages come from the index that pip is set up for here: over another network the first
-figure is another one.
+haptid's, then its other two commands. It writes ``docs/results/install.json``, from which the paragraph of README is
+made; ``--page`` writes that again from the stored results. Packages come from the index that pip is set up for here:
+over another network the first figure is another one.
 """
 
 from __future__ import annotations
@@ -30,6 +30,10 @@ STORED = ROOT / "docs" / "results" / "install.json"
 SCRIPT = "benchmarks/install.py"
 
 
+README = {"identify": "python -m identification.run", "test": "make test"}
+"""README's commands after ``make fmu``, by their step."""
+
+
 def readme_text(data: dict[str, Any]) -> str:
     """Write the paragraph of README.
 
@@ -49,6 +53,10 @@ def readme_text(data: dict[str, Any]) -> str:
         f"`python -m venv` and `pip install .` take {_seconds(first)} and {first['disk_mb']:.0f} MB of disk, "
         f"{_seconds(again)} where pip has the packages already; `make fmu` in a new environment takes "
         f"{_seconds(fmus)}, the installation included, and {fmus['disk_mb']:.0f} MB."
+    ) + "".join(
+        f" Then `{line}` takes {_seconds(data['steps'][name])}."
+        for name, line in README.items()
+        if name in data["steps"]
     )
 
 
@@ -129,6 +137,11 @@ def measure(work: Path) -> dict[str, Any]:
         "disk_mb": disk_mb(place) + disk_mb(work / "cache"),
     }
     click.echo(f"make fmu: {steps['make_fmu']}")
+    python = str(place / "bin" / "python")
+    lines = {"identify": [python, "-m", "identification.run", "--quiet"], "test": ["make", "test", f"PYTHON={python}"]}
+    for name, line in lines.items():
+        steps[name] = {"wall_s": _timed([line], clone, **fresh)}
+        click.echo(f"{README[name]}: {steps[name]}")
     return steps
 
 

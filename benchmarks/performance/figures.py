@@ -41,7 +41,7 @@ def read_stored(name: str) -> dict[str, Any] | None:
 
 def all_figures() -> list[Figure]:
     """Return every performance figure that is stored, measured here or by another benchmark."""
-    return [*_measured_here(), *_tutorial(), *_time_to_truth(), *_real_machines(), *_fmu_steps(), *_fuzzing()]
+    return [*_measured_here(), *_tutorial(), *_arm(), *_time_to_truth(), *_real_machines(), *_fmu_steps(), *_fuzzing()]
 
 
 def _measured_here() -> Iterator[Figure]:
@@ -65,6 +65,17 @@ def _tutorial() -> Iterator[Figure]:
     origin = f"from_tables_to_fmu.json, {stored['date']}"
     for name, seconds in stored["seconds"].items():
         yield Figure("tutorial, tables to FMU", name.partition(". ")[2], seconds, "s", origin)
+
+
+def _arm() -> Iterator[Figure]:
+    stored = read_stored("front_door.json")
+    if stored is None or "arm" not in stored:
+        return
+    origin = _origin("front_door.json", stored["arm"])
+    for name, seconds in stored["arm"]["commands"].items():
+        yield Figure("two-joint arm, tables to FMU", name, seconds, "s", origin)
+    yield Figure("two-joint arm, its report", "size", stored["arm"]["report"]["size_MB"], "MB", origin)
+    yield Figure("two-joint arm, its report", "load in Chromium", stored["arm"]["report"]["load_s"], "s", origin)
 
 
 def _time_to_truth() -> Iterator[Figure]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
-from benchmarks.performance.figures import RESULTS, STORED, Figure
+from benchmarks.performance.figures import RESULTS, STORED, Figure, read_stored
 from haptid.report.common.style import MEASURED, SIMULATED, figure, png, style
 from haptid.support.files.files import write_bytes, write_text
 
@@ -72,6 +72,41 @@ def draw_growth(stored: Mapping[str, Any]) -> Drawing:
     return made
 
 
+def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
+    """Return the section on what a newcomer meets; nothing where it was not measured."""
+    if stored is None:
+        return []
+    pages, machine = stored["documentation"], stored["machine"]
+    lines = [
+        "## The front door",
+        "",
+        f"`{stored['command']}`, {stored['date']}: {machine}.",
+        "",
+        f"The documentation has {pages['pages']} pages, README included. Tests run, compile or read the blocks of code "
+        f"on them: {pages['bash']} of command lines, {pages['python']} of Python, {pages['toml']} of TOML.",
+        "",
+    ]
+    if "arm" not in stored:
+        return lines
+    arm = stored["arm"]
+    report, load = arm["report"], arm["load"]
+    rows = [f"| {name} | {seconds:.1f} |" for name, seconds in arm["commands"].items()]
+    total = sum(arm["commands"].values())
+    return [
+        *lines,
+        f"From {arm['tables']} raw tables and a URDF of a two-joint arm to its FMU in a second tool, on {arm['date']} "
+        f"at a load of {load[0]} to {load[1]}: {len(rows)} commands, {arm['edits']} edits, {total / 60.0:.1f} minutes. "
+        "The pendulum of the [tutorial](../tutorial/from_tables_to_fmu.md) has its own times there.",
+        "",
+        "| command | s |",
+        "| --- | ---: |",
+        *rows,
+        "",
+        f"Its report has {report['size_MB']:.1f} MB in one file; headless Chromium takes {report['load_s']:.2f} s.",
+        "",
+    ]
+
+
 def workers_in_words(stored: Mapping[str, Any]) -> str:
     """Say whether several workers were sooner than one; empty where that was not measured."""
     points = stored["curves"].get("workers", {}).get("points", ())
@@ -114,6 +149,7 @@ def page_of(stored: Mapping[str, Any]) -> str:
         "The exponent is 1 where double the size takes double the time, from the first to the last size.",
         workers_in_words(stored),
         "",
+        *_front_door(read_stored("front_door.json")),
     ]
     return "\n".join(lines)
 
