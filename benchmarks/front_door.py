@@ -1,8 +1,8 @@
-"""What a newcomer meets: ``python -m benchmarks.front_door [--tables FOLDER]``.
+"""What a newcomer meets: ``python -m benchmarks.front_door``.
 
-It counts the pages of the documentation and the blocks of code on them that tests run or check. With ``--tables``, a
-folder of raw tables with a device's URDF, it takes three commands from the tables to an FMU in a second tool, times
-each, and measures size and load of the report in headless Chromium. It writes ``docs/results/front_door.json``, which
+It counts the pages of the documentation and the blocks of code on them that tests run or check. Then it takes three
+commands from raw tables and a URDF of an arm (`benchmarks.newcomer_arm`) to an FMU in a second tool, times each, and
+measures size and load of the report in headless Chromium. It writes ``docs/results/front_door.json``, which
 ``docs/results/performance.md`` shows.
 """
 
@@ -21,6 +21,7 @@ from typing import Any
 
 import click
 
+from benchmarks.newcomer_arm import write_tables
 from benchmarks.performance.figures import read_stored
 from docs.parts.shown_code import blocks_of
 from haptid.support.files.files import write_json
@@ -90,7 +91,8 @@ def measure_arm(tables: Path, work: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``commands`` with their seconds, ``tables``, ``edits`` of files by hand, and the report's figures.
+        ``commands`` with their seconds, one after the other with no edit between them, ``tables``, and the report's
+        figures.
     """
     (device,) = tables.glob("*.urdf")
     haptid = [sys.executable, "-m", "haptid"]
@@ -106,7 +108,7 @@ def measure_arm(tables: Path, work: Path) -> dict[str, Any]:
         seconds[name] = time.perf_counter() - begun
         click.echo(f"{name}: {seconds[name]:.1f} s")
     count = len(list(tables.glob("*.csv")))
-    return {"commands": seconds, "tables": count, "edits": 0, "report": measure_report(work / "results/report.html")}
+    return {"commands": seconds, "tables": count, "report": measure_report(work / "results/report.html")}
 
 
 def _name_of(device: Path) -> str:
@@ -115,20 +117,21 @@ def _name_of(device: Path) -> str:
 
 
 @click.command(help=__doc__)
-@click.option("--tables", type=click.Path(path_type=Path, exists=True), help="Raw tables of an arm, with its URDF.")
-def main(tables: Path | None) -> None:
+@click.option("--arm/--no-arm", default=True, show_default=True, help="Whether the arm is brought in, in some minutes.")
+def main(*, arm: bool) -> None:
     """Measure, and store."""
     stored = read_stored(STORED.name) or {}
     stored |= {
-        "command": "python -m benchmarks.front_door [--tables FOLDER]",
+        "command": "python -m benchmarks.front_door",
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
         "documentation": count_pages(),
     }
-    if tables is not None:
-        begun = os.getloadavg()[0]
-        with tempfile.TemporaryDirectory() as work:
-            stored["arm"] = measure_arm(tables.resolve(), Path(work))
+    if arm:
+        with tempfile.TemporaryDirectory() as tables, tempfile.TemporaryDirectory() as work:
+            write_tables(Path(tables))
+            begun = os.getloadavg()[0]
+            stored["arm"] = measure_arm(Path(tables), Path(work))
         stored["arm"] |= {"load": [round(one, 1) for one in (begun, os.getloadavg()[0])], "date": stored["date"]}
     write_json(STORED, stored)
 

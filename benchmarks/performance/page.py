@@ -95,7 +95,8 @@ def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
     return [
         *lines,
         f"From {arm['tables']} raw tables and a URDF of a two-joint arm to its FMU in a second tool, on {arm['date']} "
-        f"at a load of {load[0]} to {load[1]}: {len(rows)} commands, {arm['edits']} edits, {total / 60.0:.1f} minutes. "
+        f"at a load of {load[0]} to {load[1]}: {len(rows)} commands with no edit between them, {total / 60.0:.1f} "
+        "minutes. "
         "The pendulum of the [tutorial](../tutorial/from_tables_to_fmu.md) has its own times there.",
         "",
         "| command | s |",
