@@ -1,4 +1,4 @@
-"""Estimation of the sensor noise's ARMA model: residuals of whole runs in, `Colour` out.
+"""Estimation of the sensor noise's ARMA model: residuals of whole runs in, `Arma` out.
 
 The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive. Sensor noise lies
 between the harmonics. The estimate takes four steps:
@@ -27,7 +27,7 @@ from scipy.optimize import minimize
 from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.signals.harmonics import harmonics
 from haptid.measurement.values.run import Array, Run
-from haptid.noise.correlation import Colour
+from haptid.noise.correlation import Arma
 from haptid.noise.thresholds import THRESHOLDS
 
 LEAST_CURVATURE_RATIO = 1e-10
@@ -137,7 +137,7 @@ def _spectrum(angle: Array, p: Array) -> Array:
     return np.asarray(np.exp(p[0]) + np.exp(p[1]) * (1 - phi**2) / (1 + phi**2 - 2 * phi * np.cos(angle)))
 
 
-def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
+def estimate_arma(residuals: list[Array], runs: tuple[Run, ...]) -> Arma:
     """Estimate the ARMA(1,1) model of the sensor noise from residuals.
 
     Parameters
@@ -149,34 +149,34 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
 
     Returns
     -------
-    Colour
+    Arma
         White noise of the stated size where no run is scored from its first row, or where correlation raises twice the
         log-likelihood by less than `least_twice_gain_of_correlation`.
     """
     whole = [(r, run) for r, run in zip(residuals, runs, strict=True) if run.score_from == 0]
     if not whole:
-        return Colour()
+        return Arma()
     spacing, lines = float(np.median(np.diff(runs[0].t))), list[float]()
     while True:
         left = [_residual_periodogram(r, run, lines) for r, run in whole]
-        colour = _fit_periodograms(left, spacing)
-        height, angle = max(_tallest(one, colour) for one in left)
+        arma = _fit_periodograms(left, spacing)
+        height, angle = max(_tallest(one, arma) for one in left)
         # One line at a time: the spectrum fitted without it is another, against which the next line is judged.
-        if colour.white or height < THRESHOLDS.least_line_over_spectrum or len(lines) == THRESHOLDS.most_lines:
-            return colour
+        if arma.white or height < THRESHOLDS.least_line_over_spectrum or len(lines) == THRESHOLDS.most_lines:
+            return arma
         lines.append(angle / spacing)
 
 
-def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, float]:
+def _tallest(left: tuple[Array, Array, Array], arma: Arma) -> tuple[float, float]:
     """Return the largest ratio of a run's periodogram to the spectrum, and its frequency [rad per row]."""
     angle, power, share = left
     least = THRESHOLDS.least_share_of_power_left
-    height = np.where(share > least, power / np.maximum(share, least) / colour.gain(angle) ** 2, 0.0)
+    height = np.where(share > least, power / np.maximum(share, least) / arma.gain(angle) ** 2, 0.0)
     at = int(np.argmax(height))
     return float(height[at]), float(angle[at])
 
 
-def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float) -> Colour:
+def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float) -> Arma:
     """Fit white noise plus AR(1) to periodograms by Whittle's likelihood.
 
     Parameters
@@ -215,7 +215,7 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
     real = [found for found in tried if _spectrum(angle, found.x).max() > 2.0 * LEAST_SPECTRUM]
     best = min(real, key=lambda found: float(found.fun), default=None)
     if best is None or white - float(best.fun) < THRESHOLDS.least_twice_gain_of_correlation:
-        return Colour()
+        return Arma()
     p = np.asarray(best.x)
     return replace(to_arma(p), freedom=_freedom(p, deviance))
 
@@ -259,7 +259,7 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
     return max(2.0 / variance, THRESHOLDS.least_freedom_of_spectrum)
 
 
-def to_arma(p: Array) -> Colour:
+def to_arma(p: Array) -> Arma:
     """Write white noise plus AR(1) as one ARMA(1,1) process with an invertible moving-average part.
 
     Parameters
@@ -270,7 +270,7 @@ def to_arma(p: Array) -> Colour:
 
     Returns
     -------
-    Colour
+    Arma
         Process of the same autocovariance, its ``freedom`` not set.
 
     Notes
@@ -282,4 +282,4 @@ def to_arma(p: Array) -> Colour:
     a = white * (1 + phi**2) + coloured * (1 - phi**2)
     b = white * phi
     root = a + float(np.sqrt(max(a**2 - 4 * b**2, 0.0)))
-    return Colour(phi=float(phi), theta=2 * b / root, sigma=float(np.sqrt(root / 2)))
+    return Arma(phi=float(phi), theta=2 * b / root, sigma=float(np.sqrt(root / 2)))

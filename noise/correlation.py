@@ -1,4 +1,4 @@
-"""Noise of runs as values: ARMA correlation (`Colour`), amplitude scatter (`Scatter`), and their `Whitener`.
+"""Noise of runs as values: ARMA correlation (`Arma`), amplitude scatter (`Scatter`), and their `Whitener`.
 
 The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ. A is the covariance
 of the sensor noise (an ARMA(1,1) process: white noise plus a first-order autoregressive process). Column c of M is the
@@ -22,7 +22,7 @@ LEAST_SINGULAR_VALUE_RATIO = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Colour:
+class Arma:
     """ARMA(1,1) model of the sensor noise: (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1.
 
     B shifts by one row; r is the noise over the sensor's stated standard deviation.
@@ -129,19 +129,19 @@ class Noise:
 
     Parameters
     ----------
-    colour
+    arma
         ARMA model of the sensor noise.
     scatters
         Amplitude scatter from cycle to cycle, at most one of each joint.
     """
 
-    colour: Colour = field(default_factory=Colour)
+    arma: Arma = field(default_factory=Arma)
     scatters: tuple[Scatter, ...] = ()
 
     @property
     def terms(self) -> int:
         """Number of noise terms beside white noise: correlation, and the scatter of each joint."""
-        return len(self.scatters) + (not self.colour.white)
+        return len(self.scatters) + (not self.arma.white)
 
     @property
     def on_torque(self) -> bool:
@@ -196,23 +196,23 @@ class Whitener:
 
     Parameters
     ----------
-    colour
+    arma
         Inverse filter that is applied first.
     Q, growth
         Orthonormal directions (n_t·n_joints, K) in which the variance is 1 + λ, and λ (K,).
     """
 
-    colour: Colour = field(default_factory=Colour)
+    arma: Arma = field(default_factory=Arma)
     Q: Array | None = None
     growth: Array | None = None
 
     @classmethod
-    def of(cls, colour: Colour, S: Array | None = None) -> Whitener:
+    def of(cls, arma: Arma, S: Array | None = None) -> Whitener:
         """Build the whitener of sensor noise and amplitude scatter.
 
         Parameters
         ----------
-        colour
+        arma
             ARMA model of the sensor noise.
         S
             s·M over the sensor's standard deviation, shape (n_t, n_joints, n_cycles); no scatter where None or where
@@ -224,9 +224,9 @@ class Whitener:
             C^−½ for the covariance C of sensor noise and scatter, in units of the sensor's variance.
         """
         if S is None or not np.isfinite(S).all():
-            return cls(colour=colour)
-        Q, d = directions(colour.whiten(S).reshape(-1, S.shape[-1]))
-        return cls(colour=colour, Q=Q, growth=d**2)
+            return cls(arma=arma)
+        Q, d = directions(arma.whiten(S).reshape(-1, S.shape[-1]))
+        return cls(arma=arma, Q=Q, growth=d**2)
 
     def __call__(self, x: Array) -> Array:
         """Whiten residuals or Jacobians.
@@ -241,7 +241,7 @@ class Whitener:
         ndarray, shape of ``x``
             C^−½·x.
         """
-        flat = self.colour.whiten(x)
+        flat = self.arma.whiten(x)
         if self.Q is None or self.growth is None:
             return flat
         rows = flat.reshape(len(self.Q), -1)
@@ -264,4 +264,4 @@ class Whitener:
             ln det C of the covariance C of readings over the sensor's standard deviation.
         """
         scattered = 0.0 if self.growth is None else float(np.log1p(self.growth).sum())
-        return 2.0 * rows * float(np.log(self.colour.sigma)) + scattered
+        return 2.0 * rows * float(np.log(self.arma.sigma)) + scattered

@@ -102,7 +102,7 @@ def count_informed_parameters(solution: Solution) -> int:
             count += 1
         elif id in own:
             count += std[i] < THRESHOLDS.candidate.informed_std_over_range * min(1.0, float(upper[i] - lower[i]))
-    return count + len(solution.noise.scatters) + 2 * (not solution.noise.colour.white)
+    return count + len(solution.noise.scatters) + 2 * (not solution.noise.arma.white)
 
 
 def significance(solution: Solution) -> tuple[float, bool]:

@@ -83,7 +83,7 @@ def _test_runs(fit: Solution) -> tuple[float, str]:
         owners.append(places[size > 0.0])
     H = np.concatenate(held, axis=1)
     gram, score, owner = block_diag(*products) - H.T @ H, np.concatenate(along), np.concatenate(owners)
-    freedom = fit.noise.colour.freedom
+    freedom = fit.noise.arma.freedom
     least = {k: _log_p(gram[np.ix_(owner == k, owner == k)], score[owner == k], freedom) for k in places}
     differs = min(places, key=lambda k: least[k], default=None)
     id = "" if differs is None else fit.problem.parametrisation.ids[differs]

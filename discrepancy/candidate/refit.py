@@ -243,9 +243,9 @@ def alike(a: Noise, b: Noise, std: Array) -> bool:
         True if both have the same terms, low-frequency gains within `settled_gain_change`, and scatters as in
         `_as_large`.
     """
-    if a.colour.white != b.colour.white or len(a.scatters) != len(b.scatters):
+    if a.arma.white != b.arma.white or len(a.scatters) != len(b.scatters):
         return False
-    change = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0)
+    change = abs(a.arma.low_frequency_gain / b.arma.low_frequency_gain - 1.0)
     near = change < THRESHOLDS.candidate.settled_gain_change
     return near and all(_as_large(x, y, std) for x, y in zip(a.scatters, b.scatters, strict=True))
 

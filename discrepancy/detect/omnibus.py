@@ -132,7 +132,7 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
         lines = 1 + int(THRESHOLDS.detect.omnibus_band_rad_per_s * run.t[-1] / np.pi)
         found["band"] += [dct(both[c.rows], axis=0, norm="ortho")[:lines] for c in own]
         first += run.y.size
-    freedom = solution.noise.colour.freedom
+    freedom = solution.noise.arma.freedom
     tests = {name: _test_channel(np.concatenate(rows), freedom) for name, rows in found.items()}
     parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]), freedom)}
     return Omnibus(

@@ -168,7 +168,7 @@ def scan(
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
         T, amplitude = _statistics(G, c, point, entries[point.key])
-        p = log_tail(T, len(point.values), solution.noise.colour.freedom)
+        p = log_tail(T, len(point.values), solution.noise.arma.freedom)
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
     scores = [
         _score(sorted(rows, key=lambda row: row[0]), count, survives, flipped.get(key)) for key, rows in best.items()

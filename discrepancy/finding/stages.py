@@ -87,7 +87,7 @@ class Staged:
             "measured": measured, "sentence": self.sentence, "gap": self.gap, "omnibus_p": self.left.p,
             "tests": dict(self.left.parts),
             "amplitude_scatter": max((one.size for one in self.plain.noise.scatters), default=0.0),
-            "white_noise": bool(self.plain.noise.colour.white),
+            "white_noise": bool(self.plain.noise.arma.white),
             "where": [r.as_json() | {"joint": self.joint} for r in self.regions], "scores": scores,
         }  # fmt: skip
 
@@ -126,7 +126,7 @@ class Staged:
         for one in noise.scatters:
             whose = "" if self.study.alone else f" of joint {self.study.fitted[0].free_joints[one.column]}"
             told.append(f"Amplitudes{whose} scatter from cycle to cycle, {100 * one.size:.2g} % (random).")
-        if not noise.colour.white:
+        if not noise.arma.white:
             told.append("Neighbouring samples of the noise are correlated.")
         return " ".join(told)
 

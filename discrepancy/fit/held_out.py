@@ -21,7 +21,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise
 from haptid.measurement.values.run import Array, Run
-from haptid.noise.correlation import Colour, Noise
+from haptid.noise.correlation import Arma, Noise
 from haptid.support.linear_algebra import rms
 
 
@@ -117,7 +117,7 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
     rows = sum(scored_rows(run) for run in runs)
     # A model discrepancy can be mistaken for correlated noise; against the stated white noise it shows as excess.
-    stated, excess = model.but(colour=Colour()), 0.0
+    stated, excess = model.but(arma=Arma()), 0.0
     if study.noise_given and model == stated:
         excess = _excess(runs, found.rows)
     elif study.noise_given:

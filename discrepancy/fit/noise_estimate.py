@@ -21,8 +21,8 @@ from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-from haptid.noise.arma import estimate_colour
-from haptid.noise.correlation import Colour, Noise, Path, Scatter, Whitener
+from haptid.noise.arma import estimate_arma
+from haptid.noise.correlation import Arma, Noise, Path, Scatter, Whitener
 from haptid.noise.reml import best_scatter
 from haptid.support.linear_algebra import orthonormal_basis
 from haptid.support.processes.threads import map_threads
@@ -48,24 +48,24 @@ def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) ->
     Noise
         Noise model with at most one scatter of each joint.
     """
-    colour = _colour(study, solution.raw.rows)
+    arma = _arma(study, solution.raw.rows)
     if SCATTER not in study.entries:
-        return Noise(colour=colour)
+        return Noise(arma=arma)
     found = _scattering(study, solution, paths)
     if not found:
-        return Noise(colour=colour)
+        return Noise(arma=arma)
     # Scatter correlates all rows of a cycle, so the correlation of the sensor noise is known only without it.
-    colour = _colour(study, remove_scatter(study, solution, found))
+    arma = _arma(study, remove_scatter(study, solution, found))
     # One scatter under white noise was weighed under these very conditions already.
-    if len(found) > 1 or not colour.white:
-        found = _again(study, solution, found, colour)
-    return Noise(colour=colour, scatters=found)
+    if len(found) > 1 or not arma.white:
+        found = _again(study, solution, found, arma)
+    return Noise(arma=arma, scatters=found)
 
 
-def _colour(study: Study, rows: Sequence[Array]) -> Colour:
-    """Estimate the colour from residuals over the sensor's std, those of a run (n_t, n_joints)."""
+def _arma(study: Study, rows: Sequence[Array]) -> Arma:
+    """Estimate the ARMA model from residuals over the sensor's std, those of a run (n_t, n_joints)."""
     each = channels(study.fitted)
-    return estimate_colour([rows[c.number][:, c.column] for c in each], tuple(c.run for c in each))
+    return estimate_arma([rows[c.number][:, c.column] for c in each], tuple(c.run for c in each))
 
 
 def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tuple[Scatter, ...]:
@@ -73,7 +73,7 @@ def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tupl
     found: list[Scatter] = []
     free = list(range(len(study.fitted[0].free_joints)))
     while free:
-        whiteners = _whiteners(study, solution, Colour(), found)
+        whiteners = _whiteners(study, solution, Arma(), found)
         tried = [scatter_along(study, solution, path, k, whiteners) for k in free for path in paths]
         best = min(tried, key=lambda one: one.deviance)
         if best.gain < THRESHOLDS.fit.least_twice_gain_of_scatter:
@@ -83,12 +83,12 @@ def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tupl
     return tuple(sorted(found, key=lambda one: one.column))
 
 
-def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: Colour) -> tuple[Scatter, ...]:
-    """Weigh every scatter again beside the others under ``colour``; return those that still gain enough."""
+def _again(study: Study, solution: Solution, found: Sequence[Scatter], arma: Arma) -> tuple[Scatter, ...]:
+    """Weigh every scatter again beside the others under ``arma``; return those that still gain enough."""
     kept = list(found)
     for one in found:
         others = [other for other in kept if other.column != one.column]
-        again = scatter_along(study, solution, one.path, one.column, _whiteners(study, solution, colour, others))
+        again = scatter_along(study, solution, one.path, one.column, _whiteners(study, solution, arma, others))
         if again.gain >= THRESHOLDS.fit.least_twice_gain_of_scatter:
             others.append(again.scatter)
         kept = sorted(others, key=lambda s: s.column)
@@ -112,11 +112,11 @@ def _scatter_columns(study: Study, solution: Solution, scatters: Sequence[Scatte
     return [np.concatenate(of_run, axis=2) for of_run in zip(*each, strict=True)]
 
 
-def _whiteners(study: Study, solution: Solution, colour: Colour, scatters: Sequence[Scatter]) -> list[Whitener]:
-    """Whiteners of the fitted runs under a colour and ``scatters``."""
+def _whiteners(study: Study, solution: Solution, arma: Arma, scatters: Sequence[Scatter]) -> list[Whitener]:
+    """Whiteners of the fitted runs under an ARMA model and ``scatters``."""
     if not scatters:
-        return [Whitener.of(colour) for _ in study.fitted]
-    return [Whitener.of(colour, S) for S in _scatter_columns(study, solution, scatters)]
+        return [Whitener.of(arma) for _ in study.fitted]
+    return [Whitener.of(arma, S) for S in _scatter_columns(study, solution, scatters)]
 
 
 def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:

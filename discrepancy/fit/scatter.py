@@ -133,7 +133,7 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
             return run, S
         shift = S @ (b / s)
         r = (run.y - _readings(simulator, theta, moved, x0)) / run.sensor_std + shift
-        flat, left = noise.colour.whiten(S).reshape(-1, s.size), noise.colour.whiten(r).ravel()
+        flat, left = noise.arma.whiten(S).reshape(-1, s.size), noise.arma.whiten(r).ravel()
         xi = most_probable(flat, left)
         farthest = THRESHOLDS.fit.largest_log_torque_factor
         before, b = b, np.where(acting, np.clip(s * xi, -farthest, farthest), 0.0)

@@ -162,15 +162,13 @@ def under_noise(
         and readings of `relinearise_cycles`.
     """
     if not noise.scatters:
-        return Whitened.under(
-            simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs), threads=threads
-        )
+        return Whitened.under(simulator, tuple(runs), tuple(Whitener(arma=noise.arma) for _ in runs), threads=threads)
 
     def one(run: Run, start: Array) -> tuple[Run, Array]:
         return relinearise_cycles(simulator, run, noise, theta, start)
 
     about = map_threads(one, runs, x0, threads=threads)
-    whiteners = tuple(Whitener.of(noise.colour, S) for _, S in about)
+    whiteners = tuple(Whitener.of(noise.arma, S) for _, S in about)
     return Whitened.under(simulator, tuple(run for run, _ in about), whiteners, threads=threads)
 
 

@@ -32,7 +32,7 @@ from haptid.discrepancy.search.under_observer.laws import Led
 from haptid.discrepancy.search.under_observer.leads import begin_under_observer, release_leads
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.noise.correlation import Colour, Noise
+from haptid.noise.correlation import Arma, Noise
 
 
 def select_forward(begun: Begun) -> tuple[list[Trial], Trial, Dominant | None]:
@@ -213,7 +213,7 @@ def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]
     most of its residual while no effect does: there the residual under white noise says nothing about the effects.
     """
     yield (fits := begin_effects(s, white, THRESHOLDS.search.most_effects_continued if start.adequate else None))
-    noise = start.solution.noise.but(colour=Colour())
+    noise = start.solution.noise.but(arma=Arma())
     most = THRESHOLDS.search.largest_chi2_share_left_by_scatter * white.chi2
     instead = start.solution.chi2 < most < min((fit.chi2 for fit in fits), default=np.inf)
     if noise.scatters and (not start.left.far or instead):

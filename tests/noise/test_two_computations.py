@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptid.noise.correlation import Colour, Whitener
+from haptid.noise.correlation import Arma, Whitener
 from haptid.noise.whitening import whiten
 
 ROWS, SPACING = 4000, 0.002
 
 
-def colour_of(error: float, time: float) -> Colour:
+def colour_of(error: float, time: float) -> Arma:
     """Return the ARMA(1,1) model of white noise of variance 1 plus error²·exp(−|Δt|/time) at even rows.
 
     (1 − φB) of the sum is a moving average: its variance is σ²·(1 + θ²), its covariance over one row −σ²·θ.
@@ -19,7 +19,7 @@ def colour_of(error: float, time: float) -> Colour:
     phi = np.exp(-SPACING / time)
     ratio = phi / (error**2 * (1 - phi**2) + 1 + phi**2)  # θ/(1 + θ²)
     theta = (1 - np.sqrt(1 - 4 * ratio**2)) / (2 * ratio)
-    return Colour(phi=float(phi), theta=float(theta), sigma=float(np.sqrt(phi / theta)))
+    return Arma(phi=float(phi), theta=float(theta), sigma=float(np.sqrt(phi / theta)))
 
 
 @pytest.mark.parametrize(("error", "time"), [(0.5, 0.01), (2.0, 0.02), (1.0, 0.1)])

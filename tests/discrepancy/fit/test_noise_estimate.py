@@ -12,7 +12,7 @@ from haptid.discrepancy.study.study import study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
-from haptid.noise.correlation import Colour, Noise, Scatter
+from haptid.noise.correlation import Arma, Noise, Scatter
 from haptid.virtual_device.machine.joint import JOINT
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine, rich
@@ -51,7 +51,7 @@ def test_the_place_of_rest_is_found_beside_gravity_and_eight_runs(tmp_path: Path
     begun = Noise(scatters=(Scatter(size=0.02, centre=rest),))
     noise = estimate(study, solve(study, (), begun, truth))
     assert noise.scatters[0].centre == pytest.approx(rest, abs=2e-3)
-    assert noise.colour == Colour()
+    assert noise.arma == Arma()
 
 
 def test_a_fit_beside_a_scatter_of_the_torque_does_not_stop_at_a_common_factor(tmp_path: Path):
@@ -80,5 +80,5 @@ def test_noises_are_alike_where_no_fit_could_tell():
         assert not alike(one, one.but(scatters=(other,)), std)
     assert not alike(one, one.but(scatters=()), std)
     assert not alike(one, one.but(scatters=(plain, plain.but(column=1))), std)
-    assert not alike(one, one.but(colour=Colour(phi=0.9, theta=0.5, sigma=1.0)), std)
+    assert not alike(one, one.but(arma=Arma(phi=0.9, theta=0.5, sigma=1.0)), std)
     assert alike(Noise(), Noise(), std)

@@ -24,7 +24,7 @@ from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
 from haptid.model.joint.locked_joint import joint_equations
-from haptid.noise.correlation import Colour, Noise, Scatter, Whitener, directions
+from haptid.noise.correlation import Arma, Noise, Scatter, Whitener, directions
 from haptid.noise.reml import best_scatter
 from haptid.noise.thresholds import THRESHOLDS as OF_NOISE
 from haptid.virtual_device.machine.arm import Arm
@@ -114,7 +114,7 @@ def test_a_simulation_that_runs_away_has_no_directions_and_breaks_nothing():
     about, S = relinearise_cycles(simulator, run, NOISE, theta, x0)
     assert about is run
     assert not np.isfinite(S).all()
-    assert Whitener.of(Colour(), S) == Whitener()
+    assert Whitener.of(Arma(), S) == Whitener()
     assert best_scatter([np.zeros(t.size)], [np.zeros((t.size, 0))], [S[:, 0]]) == (0.0, 0.0)
 
 
@@ -173,14 +173,14 @@ def test_of_two_joints_each_has_cycles_and_amplitudes_of_its_own(tmp_path: Path)
     assert (moved[1, : first.count] > 0.1).all()  # the torque of one joint moves the other as well
     assert not moved[0, first.count :].any()
     r = (about.y - simulator.simulate(theta, about, x0=x0).y[:, :2]) / run.sensor_std
-    white = Whitener.of(Colour(), S)(r)
+    white = Whitener.of(Arma(), S)(r)
     assert np.mean(white**2) < 1.1
 
 
 def test_a_whitener_of_several_joints_is_the_root_of_their_inverse_covariance():
     rng = np.random.default_rng(6)
     S, x = rng.standard_normal((40, 2, 5)), rng.standard_normal((40, 2, 3))
-    whiten = Whitener.of(Colour(), S)
+    whiten = Whitener.of(Arma(), S)
     C = np.eye(80) + S.reshape(80, 5) @ S.reshape(80, 5).T
     white, flat = whiten(x).reshape(80, 3), x.reshape(80, 3)
     np.testing.assert_allclose(white.T @ white, flat.T @ np.linalg.solve(C, flat), rtol=1e-9)
@@ -196,7 +196,7 @@ def test_degrees_of_freedom_are_those_of_the_spread_of_its_estimates(size: float
     cycles = whole_cycles(run)
     M = np.sin(OMEGA * t)[:, None] * cycles.inside / 1e-3
     scatter = SCATTER.but(size=size)
-    freedom = degrees_of_freedom([run], [Whitener.of(Colour(), size * M[:, None])], [scatter], scatter)
+    freedom = degrees_of_freedom([run], [Whitener.of(Arma(), size * M[:, None])], [scatter], scatter)
     share = freedom / (cycles.count - 1)
     assert share == pytest.approx(1.0, abs=1e-3) if size > 1e-3 else 0.6 < share < 0.8
 

@@ -38,7 +38,7 @@ from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import DEFAULT, law_named
-from haptid.noise.correlation import Colour, Noise, Scatter
+from haptid.noise.correlation import Arma, Noise, Scatter
 from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.finding.test_finding import ENTRIES, study_with
@@ -434,7 +434,7 @@ def test_effects_may_not_take_a_gap_for_correlated_noise_where_the_noise_is_stat
     scatter = Scatter(size=1e-6, path="reading")
     for noise in (
         Noise(scatters=(scatter,)),
-        Noise(colour=Colour(phi=0.98, theta=0.95, sigma=2.0), scatters=(scatter,)),
+        Noise(arma=Arma(phi=0.98, theta=0.95, sigma=2.0), scatters=(scatter,)),
     ):
         beside = predict(s.study, start.solution, noise=noise)  # a scatter of next to nothing, correlation or none
         assert beside.excess == pytest.approx(start.candidate.prediction.excess, rel=0.05)

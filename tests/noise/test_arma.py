@@ -7,8 +7,8 @@ from scipy.signal import lfilter
 
 from haptid.discrepancy.detect.chi_squared import log_tail
 from haptid.measurement.values.run import Run
-from haptid.noise.arma import _freedom, estimate_colour, to_arma
-from haptid.noise.correlation import Colour
+from haptid.noise.arma import _freedom, estimate_arma, to_arma
+from haptid.noise.correlation import Arma
 from haptid.noise.thresholds import THRESHOLDS
 
 T = np.arange(1601) * 0.01
@@ -17,9 +17,7 @@ PHI, STD = 0.9, 2e-4
 ANGLES = np.linspace(0.01, 0.2, 20)  # up to 20 rad/s
 
 
-def noisy(
-    rng: np.random.Generator, coloured: float, size: float = 1.0, rhythm: float = 0.0, averaged: int = 1
-) -> Colour:
+def noisy(rng: np.random.Generator, coloured: float, size: float = 1.0, rhythm: float = 0.0, averaged: int = 1) -> Arma:
     runs, rows = [], []
     for k, omega in enumerate(OMEGAS):
         start = rng.standard_normal() * PHI
@@ -35,7 +33,7 @@ def noisy(
             )
         )  # fmt: skip
         rows.append(size * r)
-    return estimate_colour(rows, tuple(runs))
+    return estimate_arma(rows, tuple(runs))
 
 
 def test_power_at_low_frequency_scatters_as_its_degrees_of_freedom_say():
@@ -48,17 +46,17 @@ def test_power_at_low_frequency_scatters_as_its_degrees_of_freedom_say():
 
 
 def test_white_noise_is_called_white_and_known():
-    colour = noisy(np.random.default_rng(3), 0.0)
-    assert colour.white
-    assert colour.freedom == np.inf
+    arma = noisy(np.random.default_rng(3), 0.0)
+    assert arma.white
+    assert arma.freedom == np.inf
 
 
 @pytest.mark.parametrize("averaged", [3, 5, 7])
 @pytest.mark.parametrize("coloured", [0.0, 1.0, 2.0])
 def test_smoothed_readings_do_not_hide_the_noise_where_the_motion_is(averaged: int, coloured: float):
-    colour = noisy(np.random.default_rng(8), coloured, averaged=averaged)
+    arma = noisy(np.random.default_rng(8), coloured, averaged=averaged)
     power = averaged * (1.0 + coloured**2 * (1 - PHI**2) / np.abs(1 - PHI * np.exp(-1j * ANGLES)) ** 2)
-    ratio = colour.gain(ANGLES) ** 2 / power
+    ratio = arma.gain(ANGLES) ** 2 / power
     assert 1 / 3 < ratio.min() < ratio.max() < 3.0  # AR(1) falls more slowly than a moving average
 
 
@@ -70,8 +68,8 @@ def test_a_rhythm_between_the_harmonics_is_no_noise(coloured: float, rhythm: flo
 
 
 def test_a_residual_of_outliers_alone_is_no_noise():
-    colour = noisy(np.random.default_rng(3), 0.0, size=1e3)
-    assert colour == Colour()
+    arma = noisy(np.random.default_rng(3), 0.0, size=1e3)
+    assert arma == Arma()
 
 
 def test_a_power_that_is_estimated_makes_the_tail_heavier():
