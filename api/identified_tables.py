@@ -148,13 +148,13 @@ def table_runs(data: Mapping[str, Any]) -> pd.DataFrame:
             rms = run["rmse_Nm"] if torque else run["rmse_rad"]
             rows.append({
                 "configuration": name, "file": run["file"], "use": run["use"], "rms": rms,
-                "unit": unit_for("N m" if torque else "rad", _slides(entry)),
+                "unit": unit_for("N m" if torque else "rad", _prismatic(entry)),
                 "rms_over_noise": run["rmse_over_noise"],
             })  # fmt: skip
     return pd.DataFrame(rows)
 
 
-def _slides(entry: Mapping[str, Any]) -> list[bool]:
+def _prismatic(entry: Mapping[str, Any]) -> list[bool]:
     """Return whether each free joint of a configuration is prismatic, by the units of their springs."""
     springs = [one for id, one in entry["parameters"].items() if id == "Ks" or id.startswith("Ks_")]
     return [one["unit"] == sliding("N m/rad") for one in springs] or [False]

@@ -1,8 +1,8 @@
 """What a newcomer meets: ``python -m benchmarks.front_door``.
 
 It counts the pages of the documentation and the blocks of code on them that tests run or check. Then it takes three
-commands from raw tables and a URDF of an arm (`benchmarks.newcomer_arm`) to an FMU in a second tool, times each, and
-measures size and load of the report in headless Chromium. It writes ``docs/results/front_door.json``, which
+commands from raw tables and a URDF of an arm (`benchmarks.simulators.newcomer_arm`) to an FMU in a second tool, times
+each, and measures size and load of the report in headless Chromium. It writes ``docs/results/front_door.json``, which
 ``docs/results/performance.md`` shows.
 """
 
@@ -21,8 +21,8 @@ from typing import Any
 
 import click
 
-from benchmarks.newcomer_arm import write_tables
 from benchmarks.performance.figures import read_stored
+from benchmarks.simulators.newcomer_arm import write_tables
 from docs.parts.shown_code import blocks_of
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT

@@ -41,8 +41,10 @@ WRITES = {
 @click.option(
     "--effects", type=click.Path(path_type=Path), default=None, help="Folder with effects of your own, one file each."
 )
-@click.option("--without", default="", metavar="ID,ID", help="Leave these entries out of the catalogue.")
-@click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of the base fit.")
+@click.option("--without", default="", metavar="ID,ID", help="Leave these effects out of the catalogue.")
+@click.option(
+    "--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of the nominal fit."
+)
 @click.option(
     "--effort", default=THRESHOLDS.study.most_simulated_runs, show_default=True, type=click.IntRange(min=1),
     help="Simulated runs after which no further combinations of effects are tried.",

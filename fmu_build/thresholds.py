@@ -1,4 +1,4 @@
-"""Thresholds of the FMUs: every number that decides what an FMU states, and what is refused before it is built."""
+"""Thresholds of the FMUs: numbers that decide what an FMU states, and what is refused before it is built."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Thresholds of measurement: every number that decides whether a campaign is read, remarked on, and how it is split.
+"""Thresholds of measurement: what decides whether a campaign is read, what is remarked, and how it is split.
+
+Lengths of lists and tolerances of arithmetic stand where they are used.
 
 A number without a derivation in its docstring was chosen. What halving and doubling it changes in a panel of cases
 stands in `docs/results/thresholds.md`. Positions, speeds and torques are those of rotary joints; a prismatic joint has

@@ -1,4 +1,4 @@
-"""Thresholds of the model: every number of ranges, first guesses, steps and refusals."""
+"""Thresholds of the model: numbers of ranges, first guesses, steps and refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nothing in, `THRESHOLDS` out: every number that decides what counts as noise."""
+"""Nothing in, `THRESHOLDS` out: numbers that decide what counts as noise; tolerances of arithmetic stand in its use."""
 
 from __future__ import annotations
 

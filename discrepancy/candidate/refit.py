@@ -173,7 +173,7 @@ def settle(
         Refitted model under its own noise, with its scores.
     """
     solution = _fit_fully(study, effects, first.noise, first)
-    solution, calls = sharpen_jumps(study, solution, calls + solution.calls)
+    solution, calls = sharpen_discontinuities(study, solution, calls + solution.calls)
     for k in range(THRESHOLDS.candidate.most_fits_under_new_noise):
         noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, study.fitted[0].sensor_std):
@@ -195,7 +195,7 @@ def _fit_fully(study: Study, effects: Sequence[Effect], noise: Noise, start: Sol
     return solve(study, effects, noise, start.values, x0=start.x0, iterations=limit)
 
 
-def sharpen_jumps(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
+def sharpen_discontinuities(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
     """Sharpen rounded discontinuities step by step, as long as the likelihood grows.
 
     Parameters

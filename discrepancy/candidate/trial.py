@@ -41,7 +41,7 @@ class Trial:
     fitted_gain
         Decrease of the BIC from that model, on fitted runs alone: an amplitude that they do not tell from 0 is no name,
         whatever it happens to predict.
-    worth
+    least_evidence
         Least Wald statistic of the earlier effects' amplitudes or, where the model was refitted without an effect, the
         loss of the criterion.
     at_bound
@@ -61,7 +61,7 @@ class Trial:
     gain: float = 0.0
     held_out: float = 0.0
     fitted_gain: float = np.inf
-    worth: float = np.inf
+    least_evidence: float = np.inf
     at_bound: bool = False
     nominal_excess: float = 0.0
     refuted: bool = False
@@ -129,7 +129,7 @@ class Trial:
             self.gain > THRESHOLDS.candidate.least_gain_in_criterion
             and self.held_out >= 0.0
             and self.fitted_gain > 0.0
-            and self.worth > THRESHOLDS.candidate.least_wald_statistic
+            and self.least_evidence > THRESHOLDS.candidate.least_wald_statistic
             and not self.at_bound
         )
 

@@ -115,7 +115,7 @@ def _has_grid_of_amplitudes(effect: Effect) -> bool:
     return bool({id for id, _ in effect.shapes} & {x.id for x in effect.parameters[: effect.amplitudes]})
 
 
-def entry_columns(
+def effect_columns(
     study: Study,
     solution: Solution,
     effect: Effect,
@@ -211,7 +211,7 @@ def signatures(
         Signatures without the shapes whose simulation diverged.
     """
     taken = map_threads(
-        lambda e: entry_columns(study, solution, e, gain=gain, share=share), entries, threads=2, count=count
+        lambda e: effect_columns(study, solution, e, gain=gain, share=share), entries, threads=2, count=count
     )
     points, blocks, column = [], [], 0
     for effect, (grid, raw) in zip(entries, taken, strict=True):

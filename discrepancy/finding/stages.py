@@ -100,7 +100,7 @@ class Staged:
                 for s in self.scan.scores[: THRESHOLDS.finding.most_scores_listed]
                 if s.family_p < THRESHOLDS.candidate.family_wise_p_value
             ]
-            none = "No entry of the catalogue looks like what is left."
+            none = "No effect of the catalogue looks like what is left."
             return f"Looks like what is left, before any refit: {', '.join(found)}." if found else none
         if self.maps and self.gap:
             return " ".join((self._amount, *describe_regions(self.regions, self.study.fitted[0].prismatic)))
@@ -110,7 +110,7 @@ class Staged:
     def _amount(self) -> str:
         left = np.concatenate([(c.run.y[:, 0] - c.before)[c.run.scored] / c.run.sensor_std[0] for c in self.curves])
         over = plain(rms(left), 3)
-        missed = f"the base model misses these runs by {over} times the sensor's noise"
+        missed = f"the nominal model misses these runs by {over} times the sensor's noise"
         return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.gap else f"No gap is seen: {missed}."
 
     @property

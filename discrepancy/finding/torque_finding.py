@@ -178,7 +178,7 @@ class TorqueFinding:
             )
             if self.all_doubted and not self.worsens_position:
                 like = f" It is like {_write_names(effects)}, which the runs do not hold."
-            lead = f"Something is missing that no entry of the catalogue explains.{like}"
+            lead = f"Something is missing that no effect of the catalogue explains.{like}"
             return f"{lead}{self._told_of_soundness} {self._measured}"
         doubted = _write_names([e for e in effects if e.key in self.doubted])
         unsure = f" Not certain: {doubted}." if doubted else ""

@@ -114,7 +114,7 @@ def fit_nominal(study: Study, *, starts: int = 8, seed: int = 0, tell: Progress 
     parametrisation = lay_out_under_observer(study, ()).parametrisation
     most = THRESHOLDS.fit.starts_that_agree
     for done, (solution, used) in enumerate(_fits(study, sobol_starts(parametrisation, first, starts, seed)), start=1):
-        tell("base fit", done, max(done, most), "starts" if done <= most else "starts, which do not agree yet")
+        tell("nominal fit", done, max(done, most), "starts" if done <= most else "starts, which do not agree yet")
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)

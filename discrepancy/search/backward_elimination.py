@@ -112,7 +112,7 @@ def prune_stand_ins(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Tr
     if best is None:
         return []
     tried = [judge_candidate(s, less, start.candidate) for less in _less(s, best.solution).values()]
-    needed = replace(best, worth=min(_costs(t, best) for t in tried))
+    needed = replace(best, least_evidence=min(_costs(t, best) for t in tried))
     kept = [t for t in (needed, *tried) if t.adequate and t.acceptable]
     return kept or prune_stand_ins(s, tried, start)
 

@@ -44,7 +44,7 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Progress) -
     study, base
         Study at the inner step whose error is invisible at the nominal model, and the fit.
     """
-    tell("base fit")
+    tell("nominal fit")
     if study.carried is not None and study.carried.inner_step < MODEL.inner_step_s:
         study = at_needed_step(study, study.carried.inner_step)
     base = fit_nominal(study, starts=starts, seed=seed, tell=tell)

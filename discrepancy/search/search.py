@@ -160,7 +160,7 @@ def _finish(begun: Begun, tell: Progress) -> Search:
     base = begun.base
     found, s = _search_from(begun)
     if found.best.solution.effects and (better := _refit_nominal(found)) is not None:
-        tell("the base fit was stuck: again from the better minimum")
+        tell("the nominal fit was stuck: again from the better minimum")
         base = replace(base, solution=better)
         again, s = _search_from(begin_search(begun.study, base, tell), known=found)
         found = _with_cost_of(found, again)

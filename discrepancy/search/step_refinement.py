@@ -107,5 +107,5 @@ def fit_again(s: Searcher, trial: Trial) -> Trial:
         judged,
         gain=trial.gain + then.criterion - now.criterion,
         held_out=trial.held_out + 2.0 * (now.prediction.score - then.prediction.score),
-        worth=max(judged.worth, trial.worth),
+        least_evidence=max(judged.least_evidence, trial.least_evidence),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from haptid.discrepancy.candidate.candidate import score_candidate
-from haptid.discrepancy.candidate.refit import sharpen_jumps
+from haptid.discrepancy.candidate.refit import sharpen_discontinuities
 from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import prune_stand_ins
@@ -48,7 +48,9 @@ def add_second_effect(s: Searcher, leads: Sequence[Solution], start: Trial, way:
         if s.is_over():
             break
         rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        first, calls = sharpen_jumps(s.study, rounded, rounded.calls, THRESHOLDS.search.least_rounding_of_discontinuity)
+        first, calls = sharpen_discontinuities(
+            s.study, rounded, rounded.calls, THRESHOLDS.search.least_rounding_of_discontinuity
+        )
         s.simulations += calls * len(s.study.fitted)
         both = way(s, first)
         made += [*both, *prune_stand_ins(s, both, start)]

@@ -117,7 +117,7 @@ def search_torque(
     NumericalError
         If no start of a fit gives a finite torque.
     """
-    tell("base fit")
+    tell("nominal fit")
     base = fit_nominal(study, starts=starts, seed=seed)
     study = base.study
     scales = study.scales(base.values)

@@ -148,7 +148,7 @@ def judge(study: Study, found: Search) -> Judgement:
         errors = errors * found.best.left.over_noise
     # The search judges amplitudes by the curvature. The standard errors over all minima come only here, and may show
     # that the data do not hold the amplitude.
-    if verdict in ("named", "partly_named") and (nothing := untold(solution, errors, study.rows)):
+    if verdict in ("named", "partly_named") and (nothing := indistinguishable_from_zero(solution, errors, study.rows)):
         verdict = "unlisted"
     effects = named_effects(found, solution, errors)
     if verdict == "partly_named":  # a scatter may then stand for what has no name
@@ -173,7 +173,7 @@ def _shape_of_rest(study: Study, found: Search, verdict: Verdict) -> Shape | Non
     return missing(study, found.best.solution) if much else None
 
 
-def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
+def indistinguishable_from_zero(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
     """Return the first amplitudes that are not distinguishable from zero.
 
     Parameters
@@ -409,7 +409,7 @@ def _sentence(
     if verdict == "named":
         return f"Missing in the model: {names}."
     if verdict == "partly_named":
-        told = f"Missing in the model: {names}; beside it, something smaller that no entry of the catalogue explains."
+        told = f"Missing in the model: {names}; beside it, something smaller that no effect of the catalogue explains."
         return told + _tell_standing_rivals(found)
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(_with_title(id, r, found) for id in r.candidate.ids) for r in rivals)
@@ -422,7 +422,7 @@ def _sentence(
         return told if proposal is None or proposal.tells else f"{told} Either serves as a model of these motions."
     cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
     like = f" It is like {names}, but {' and '.join(nothing)} may be 0." if nothing else _nearest(found, names)
-    return f"Something is missing that no entry of the catalogue explains.{like}{cut}"
+    return f"Something is missing that no effect of the catalogue explains.{like}{cut}"
 
 
 def _tell_standing_rivals(found: Search) -> str:

@@ -36,7 +36,7 @@ def joint_in_tests(tests: Sequence[Mapping[str, Any]], joint: int) -> dict[str, 
     for test in own:
         for run in test.get("runs", []):
             rows += _rows(test, run, joint)
-    unit = "m" if _slides(own, joint) else "rad"
+    unit = "m" if _is_prismatic(own, joint) else "rad"
     return {"joint": joint, "unit": unit, "verdict": tell_verdict(rows, unit), "runs": rows}
 
 
@@ -115,7 +115,7 @@ def _over(rmse: float | None, noise: float | None) -> float | None:
     return rmse / noise if rmse is not None and noise else None
 
 
-def _slides(tests: Sequence[Mapping[str, Any]], joint: int) -> bool:
+def _is_prismatic(tests: Sequence[Mapping[str, Any]], joint: int) -> bool:
     """Whether the unit of the joint's spring stiffness or inertia is that of a prismatic joint."""
     for test in tests:
         for id, unit in (("inertia", "kg"), ("Ks", "N/m"), (f"Ks_{joint}", "N/m")):

@@ -95,7 +95,7 @@ def read_signals(
         is needed holds no finite number.
     """
     t = table.time()
-    prismatic = tuple(_slides(table, joint) for joint in joints)
+    prismatic = tuple(_is_prismatic(table, joint) for joint in joints)
     stated = drives or {}
     # Torques are read first: where a joint is mistyped, the error names the torque.
     columns = {
@@ -138,7 +138,7 @@ def _speed(t: Array, y: Array) -> Array:
         return np.nan_to_num(np.gradient(y, t), posinf=0.0, neginf=0.0)
 
 
-def _slides(table: Table, joint: int) -> bool:
+def _is_prismatic(table: Table, joint: int) -> bool:
     turns, slides = f"position_{joint}_rad" in table.columns, f"position_{joint}_m" in table.columns
     if turns and slides:
         got = f"position_{joint}_rad and position_{joint}_m"

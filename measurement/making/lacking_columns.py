@@ -108,7 +108,7 @@ def tell_how_to_name(
         column, goal = _likeliest_column(signal, unknown)
         if column:
             unknown.remove(column)
-            if signal == "torque" and joint_slides(joint, columns):
+            if signal == "torque" and is_prismatic_joint(joint, columns):
                 goal = re.sub(r"torque_{}_Nm(?:\*.*)?$", "force_{}_N", goal)
             sure, note = _choose_unit(column, goal.format(joint), numbers_of)
             remedy.named.append(f"--map '{column}={sure}'")
@@ -128,7 +128,7 @@ def tell_how_to_name(
     return next((told for told in (wider, whole) if len(told) <= LONGEST_REMEDY), remedy.shortest())
 
 
-def joint_slides(joint: int, columns: Sequence[str]) -> bool:
+def is_prismatic_joint(joint: int, columns: Sequence[str]) -> bool:
     """Whether the position of a joint is a length, by its column or by the one that is likely meant.
 
     Parameters

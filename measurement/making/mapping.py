@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.lacking_columns import holds_likely, joint_slides, tell_how_to_name
+from haptid.measurement.making.lacking_columns import holds_likely, is_prismatic_joint, tell_how_to_name
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
@@ -125,7 +125,7 @@ def _refuse_share_of_torque(columns: Sequence[str], file: str) -> None:
             # A joint that slides has a force: a factor to N m would be refused by the reader of the campaign.
             goal, unit, rated, word = (
                 (f"force_{joint}_N", "N", 240.0, "force")
-                if joint_slides(joint, columns)
+                if is_prismatic_joint(joint, columns)
                 else (f"torque_{joint}_Nm", "N m", 2.4, "torque")
             )
             option = f"--map '{name}={goal}*{factor * rated:.4g}'"

@@ -71,12 +71,12 @@ class TrigRing:
     def __init__(self, device: Device, free: Sequence[int], posture: Sequence[float]) -> None:
         self.free, self.posture = tuple(free), tuple(float(x) for x in posture)
         self._locked = {j: float(x) for j, x in enumerate(posture) if j not in self.free}
-        self._slides = {j for j in self.free if device.joints[j].prismatic}
-        names = [name for j in self.free for name in ([f"q{j}"] if j in self._slides else [f"c{j}", f"s{j}"])]
+        self._prismatic = {j for j in self.free if device.joints[j].prismatic}
+        names = [name for j in self.free for name in ([f"q{j}"] if j in self._prismatic else [f"c{j}", f"s{j}"])]
         self.ring, *generators = ring(names, QQ) if names else ring("one", QQ)
         self._generator = dict(zip(names, generators, strict=False))
         self._index = {name: i for i, name in enumerate(names)}
-        self._sines = [self._index[f"s{j}"] for j in self.free if j not in self._slides]
+        self._sines = [self._index[f"s{j}"] for j in self.free if j not in self._prismatic]
         self.names = tuple(names)
 
     def constant(self, value: Fraction | int) -> Scalar:
@@ -200,7 +200,7 @@ class TrigRing:
         Polynomial
             ∂value/∂q_j = c·∂value/∂s − s·∂value/∂c in canonical form.
         """
-        if joint in self._slides:
+        if joint in self._prismatic:
             return value.diff(self._generator[f"q{joint}"])
         c, s = self._generator[f"c{joint}"], self._generator[f"s{joint}"]
         return self.tidy(value.diff(s) * c - value.diff(c) * s)

@@ -57,7 +57,7 @@ PLAIN_WORDS = {
     "whole-unexplained": "more is left than the parameters leave open",
     "verdict-partly_named": "something smaller is left",
     "verdict-ambiguous": "several explanations fit alike",
-    "verdict-unlisted": "no entry of the catalogue explains it",
+    "verdict-unlisted": "no effect of the catalogue explains it",
 }
 """Plain words beside what is jargon, by key."""
 
@@ -213,7 +213,7 @@ VERDICTS = _group(
     ),
     (
         "named", "good",
-        "The named effects explain what the model missed, and no other entry of the catalogue does as well.",
+        "The named effects explain what the model missed, and no other effect of the catalogue does as well.",
         "Use the rebuilt FMU; confirm with a run that no fit saw.",
     ),
     (
@@ -229,7 +229,7 @@ VERDICTS = _group(
     ),
     (
         "unlisted", "bad",
-        "Something real is missing that no entry of the catalogue explains.",
+        "Something real is missing that no effect of the catalogue explains.",
         "Look at the shape on the page; add an effect of your own to the catalogue.",
     ),
 )  # fmt: skip

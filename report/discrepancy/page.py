@@ -132,8 +132,8 @@ def _ranking(finding: Finding) -> list[Table]:
         Table(
             header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
             rows=list(dict.fromkeys(rows)),  # a model that two ways led to stands there once
-            caption=f"Refitted with all parameters{_law_in_words(found)}, over the base model, which leaves noise with "
-            f"p = {np.nanmin([found.before.left.p, found.before.left_p]):.2g}",
+            caption=f"Refitted with all parameters{_law_in_words(found)}, over the nominal model, which leaves noise "
+            f"with p = {np.nanmin([found.before.left.p, found.before.left_p]):.2g}",
         )
     ]
 
@@ -162,14 +162,14 @@ def _model_of(trial: Trial) -> tuple[frozenset[str], tuple[str, ...]]:
 
 
 def _law_in_words(found: Search) -> str:
-    """Name the friction law of the trials where it is not the one that was asked for, which the base model has."""
+    """Name the friction law of the trials where it is not the one that was asked for, which the nominal model has."""
     if found.law is None:
         return ""
     asked = ", ".join(dict.fromkeys(found.before.solution.equations.friction))
     return f" under the friction law {found.law.id} in place of {asked}"
 
 
-def _slides(finding: Finding) -> tuple[bool, ...]:
+def _prismatic(finding: Finding) -> tuple[bool, ...]:
     return finding.search.study.fitted[0].prismatic
 
 
@@ -177,7 +177,7 @@ def _in_words(finding: Finding) -> list[str]:
     """Say the residual RMS before and after the search, over the sensor's noise."""
     name = next(name for name in ("sealed", "validate", "fit") if name in finding.gaps)
     runs = "the fitted runs (there are no others)" if name == "fit" else "runs that no fit saw"
-    gap, unit = finding.gaps[name], unit_for("rad", _slides(finding))
+    gap, unit = finding.gaps[name], unit_for("rad", _prismatic(finding))
     before = (
         f"Without a change, the simulation misses {runs} by {in_thousandths(gap.before, unit)} (RMS), "
         f"{times(gap.before / gap.noise)} the sensor's noise of {in_thousandths(gap.noise, unit)}."
@@ -248,7 +248,7 @@ def _tell_merged_rows(finding: Finding) -> list[str]:
 def _gaps(finding: Finding) -> Table:
     closed = {name: gap.closed_beside_scatter for name, gap in finding.gaps.items()}
     shares = {name: "–" if share is None else f"{100 * share:.1f} %" for name, share in closed.items()}
-    shown, rows = gap_rows(finding.gaps, shares, "runs", unit_for("rad", _slides(finding)))
+    shown, rows = gap_rows(finding.gaps, shares, "runs", unit_for("rad", _prismatic(finding)))
     unit = f"[{shown}]"
     with_what = " with the stand-in" if finding.judgement.is_stand_in else ""
     header = (
@@ -375,14 +375,14 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
     joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""
-    where = describe_regions(finding.regions, _slides(finding), joint)
+    where = describe_regions(finding.regions, _prismatic(finding), joint)
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
-    unnamed = [unnamed_section(j.shape, runs, finding.joints, _slides(finding))] if j.shape else []
-    where_pictured = localisation_picture(finding.maps, _slides(finding))
+    unnamed = [unnamed_section(j.shape, runs, finding.joints, _prismatic(finding))] if j.shape else []
+    where_pictured = localisation_picture(finding.maps, _prismatic(finding))
     sections = [
         Section(
             title="Before and after", anchor="gap", paragraphs=_in_words(finding),
@@ -402,7 +402,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     ]  # fmt: skip
     best, tried = finding.search.base.reached, len(finding.search.base.costs)
     footer = [
-        f"{best} of {tried} starts reached the base model's best minimum; "
+        f"{best} of {tried} starts reached the nominal model's best minimum; "
         f"{finding.search.simulations} runs simulated in the search's fits; {finding.wall_s:.0f} s in all.",
         *_tell_merged_rows(finding),
     ]

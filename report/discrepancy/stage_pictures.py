@@ -38,8 +38,8 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
     Picture
         What `gap_figure` draws.
     """
-    caption = "What the base model misses; the band is ±2σ of the sensor."
-    return picture_of(gap_figure(curves), caption=caption, alt="residual of the base model over time")
+    caption = "What the nominal model misses; the band is ±2σ of the sensor."
+    return picture_of(gap_figure(curves), caption=caption, alt="residual of the nominal model over time")
 
 
 def gap_figure(curves: Sequence[Curve]) -> Figure:

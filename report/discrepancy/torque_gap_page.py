@@ -213,7 +213,7 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Pa
     """
     found = finding.search
     tried = (
-        f"{finding.considered} entries of the catalogue can be read from motion to torque"
+        f"{finding.considered} effects of the catalogue can be read from motion to torque"
         + ("" if found.study.repeats else " and told apart in a single sweep (those that live in time cannot)")
         + "; each round refits the most promising with all parameters. Evidence is twice the gain in log predictive "
         "score on stretches that no fit saw; BIC charges each parameter ln n."

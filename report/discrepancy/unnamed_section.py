@@ -46,7 +46,9 @@ def unnamed_section(shape: Shape, runs: str, joints: Sequence[int], slides: Sequ
     if shape.alone:
         lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_write_closed(shape.alone)}.")
     if len(joints) > 1 and "position_rad" in shape.variables:
-        lines.append("Gravity in the base bends with position too: the base may hold a part of the bend.")
+        lines.append(
+            "Gravity in the nominal model bends with position too: the nominal model may hold a part of the bend."
+        )
     if shape.closed < LEAST_SHARE_EXPLAINED:
         lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
     if shape.suggestion:
@@ -98,11 +100,11 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
         draw = _surface if shape.alone else _line
         draw(made, shape, prismatic)
     band = "its standard error beside it" if shape.alone else "with ±2 standard errors"
-    lacks = "the named effects leave" if shape.beside else "the base model lacks"
+    lacks = "the named effects leave" if shape.beside else "the nominal model lacks"
     caption = (
         f"The torque that {lacks}, counted as the drive's is, as a function of {names} fitted together "
-        f"with all its parameters, {band}. What springs, friction and gain of the base hold, a constant and straight "
-        "lines over position, speed or torque, is left out."
+        f"with all its parameters, {band}. What springs, friction and gain of the nominal model hold, a constant "
+        "and straight lines over position, speed or torque, is left out."
     )
     return picture_of(made, caption=caption, alt=f"missing torque over {names}")
 

@@ -34,8 +34,9 @@ def localisation_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Pi
     names = [AXES[m.variable][0].partition(" [")[0] for m in _drawn(maps)]
     return picture_of(
         localisation_figure(maps, prismatic),
-        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
-        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
+        caption="Where the nominal model misses: each bar's share of the squared residual above the sensor's noise. "
+        "Where a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over "
+        "frequency).",
         alt=f"residual energy over {', '.join(names)}",
     )
 

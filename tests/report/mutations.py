@@ -83,7 +83,7 @@ DISCREPANCY = of(
         "write_gain(t.candidate.bic - before.bic)",
     ),
     ("half the evidence", "write_gain(2 * (t.candidate", "write_gain((t.candidate"),
-    ("the base model taken", '"yes" if t is taken else ""', '"yes" if t is found.plain else ""'),
+    ("the nominal model taken", '"yes" if t is taken else ""', '"yes" if t is found.plain else ""'),
     ("parameters after for before", 'f"{base[p.id]:.5g}"', 'f"{final[p.id]:.5g}"'),
     ("a change of the other sign", "(after / before - 1)", "(before / after - 1)"),
     ("degrees of freedom off by one", 'f"{s.dof}"', 'f"{s.dof - 1}"'),

@@ -277,7 +277,7 @@ def test_models_are_ranked_with_their_gains_over_the_base(page):
 
 
 def test_the_model_taken_is_marked_though_it_was_judged_again():
-    again = replace(COGGING, refuted=True, worth=17.0)
+    again = replace(COGGING, refuted=True, least_evidence=17.0)
     table = page_of(replace(FINDING, search=replace(SEARCH, best=again))).table("What was tried")
     assert table.column("taken") == ["yes", "", "", ""]
     other = trial(("cogging", "backlash"), 600.0, 120.0, COGGING.solution.values)
@@ -288,7 +288,10 @@ def test_the_model_taken_is_marked_though_it_was_judged_again():
 def test_the_friction_law_of_the_trials_is_named_where_it_is_not_the_one_asked_for():
     study = SimpleNamespace(**vars(SEARCH.study), base=SimpleNamespace(friction=("coulomb",)))
     page = page_of(replace(FINDING, search=replace(SEARCH, study=study, asked=PLAIN)))
-    assert "under the friction law coulomb in place of lugre, over the base" in page.table("What was tried").caption
+    assert (
+        "under the friction law coulomb in place of lugre, over the nominal model"
+        in page.table("What was tried").caption
+    )
 
 
 def test_scores_have_their_freedom_and_both_their_p(page):
@@ -369,7 +372,7 @@ def test_the_regions_have_their_shares_of_gap_and_of_samples(page):
 
 def test_the_effort_is_told(page):
     assert page.paragraphs[-1] == (
-        "3 of 5 starts reached the base model's best minimum; 823 runs simulated in the search's fits; 38 s in all."
+        "3 of 5 starts reached the nominal model's best minimum; 823 runs simulated in the search's fits; 38 s in all."
     )
 
 

@@ -158,7 +158,7 @@ def test_every_round_has_its_candidates(torque):
 
 def test_the_effort_of_the_torque_s_search_is_told(torque):
     assert torque.paragraphs[-1] == "37 simulations in 29 s."
-    assert "43 entries of the catalogue can be read from motion to torque; each round" in torque.text
+    assert "43 effects of the catalogue can be read from motion to torque; each round" in torque.text
     assert FINDING.sentence in torque.text
 
 

@@ -47,7 +47,7 @@ def test_a_log_gets_few_lines(capsys: pytest.CaptureFixture[str]):
 def test_the_end_is_foretold_from_the_pace_of_the_present_count():
     clock = Clock()
     display = Display(now=clock)
-    display.show("base fit")
+    display.show("nominal fit")
     clock.now += 60.0
     display.show("candidates", 0, 10)
     clock.now += 5.0

@@ -34,7 +34,7 @@ def first_tests(study: Study, candidate: Candidate, nominal_excess: float = 0.0)
     """
     wald, at_bound = significance(candidate.solution)
     left = omnibus(study, candidate.solution)
-    return Trial(candidate=candidate, left=left, worth=wald, at_bound=at_bound, nominal_excess=nominal_excess)
+    return Trial(candidate=candidate, left=left, least_evidence=wald, at_bound=at_bound, nominal_excess=nominal_excess)
 
 
 def judge_candidate(s: Searcher, candidate: Candidate, before: Candidate | None = None) -> Trial:

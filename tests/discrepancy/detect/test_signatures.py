@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from haptid.discrepancy.detect.score_tests import scan
-from haptid.discrepancy.detect.signatures import entry_columns, signatures
+from haptid.discrepancy.detect.signatures import effect_columns, signatures
 from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.study.coupled_study import coupled_study_of, place_in_joint
@@ -94,7 +94,7 @@ def test_states_keep_their_values_where_those_of_a_new_effect_come_before_them(t
     study, known, added = case(tmp_path)
     values = {q.id: q.initial for q in study.base.parameters}
     solution = solve(study, (known,), Noise(), values, iterations=1)
-    _, raw = entry_columns(study, solution, added)
+    _, raw = effect_columns(study, solution, added)
     simulator = study.sketcher((known, added))
     last = [s.id for s in simulator.equations.states][-2:]
     assert last == [added.states[0].state.id, known.states[0].state.id]

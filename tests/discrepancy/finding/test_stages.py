@@ -62,5 +62,5 @@ def test_without_a_gap_no_place_and_no_entry_is_told(campaigns: dict[str, Path],
     assert where["where"] == []
     assert told.startswith("joint 3: No gap is seen")
     what, told = run(campaigns["clean"], "what", tmp_path)
-    assert "No entry of the catalogue looks like what is left." in told
+    assert "No effect of the catalogue looks like what is left." in told
     assert what["scores"]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from haptid.discrepancy.candidate.refit import sharpen_jumps
+from haptid.discrepancy.candidate.refit import sharpen_discontinuities
 from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.fit.scatter import cycles_of
 from haptid.discrepancy.fit.solution import Solution, deviance, solve
@@ -37,7 +37,7 @@ def fitted(
     base = fit_nominal(study, starts=2, seed=0).solution
     effect = catalogue()[key].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
-    return study, sharpen_jumps(study, first, first.calls)[0]
+    return study, sharpen_discontinuities(study, first, first.calls)[0]
 
 
 def by_id(solution: Solution, errors: Array) -> dict[str, float]:

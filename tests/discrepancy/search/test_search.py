@@ -88,7 +88,7 @@ def clean(start: Trial, effect: Effect, parameters: int, bic: float) -> Trial:
     prediction = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.0)
     solution = replace(start.solution, effects=(effect,))
     made = replace(start.candidate, solution=solution, prediction=prediction, parameters=parameters, bic=bic)
-    return Trial(candidate=made, left=left, left_p=0.5, gain=100.0, held_out=100.0, worth=100.0)
+    return Trial(candidate=made, left=left, left_p=0.5, gain=100.0, held_out=100.0, least_evidence=100.0)
 
 
 @pytest.mark.parametrize(
@@ -240,11 +240,11 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
     full = judge_candidate(s, settle(study, effects, both), start.candidate)
     assert full.acceptable
-    doubtful = replace(full, worth=THRESHOLDS.candidate.least_wald_statistic / 2)
+    doubtful = replace(full, least_evidence=THRESHOLDS.candidate.least_wald_statistic / 2)
     assert not doubtful.acceptable
     (kept,) = prune_stand_ins(s, [doubtful], start)
     assert kept.solution is full.solution
-    assert kept.worth > 100.0
+    assert kept.least_evidence > 100.0
 
 
 def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):

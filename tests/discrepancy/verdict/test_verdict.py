@@ -9,7 +9,14 @@ import pytest
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.search.search import search
 from haptid.discrepancy.verdict.estimate import Estimate
-from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, _nearest, judge, untold, verdict_of
+from haptid.discrepancy.verdict.verdict import (
+    Judgement,
+    NamedEffect,
+    _nearest,
+    indistinguishable_from_zero,
+    judge,
+    verdict_of,
+)
 from haptid.model.effects.registry import catalogue
 from tests.discrepancy.finding.test_finding import study_with
 
@@ -33,8 +40,10 @@ def test_a_name_whose_first_amplitude_cannot_be_told_from_nothing_is_refused(
 
     solution, least = found.best.solution, np.sqrt(np.log(study.rows))
     value = solution.values["delay_time"]
-    assert untold(solution, np.full_like(rough, 1.01 * value / least), study.rows) == ("delay_time",)
-    assert untold(solution, np.full_like(rough, 0.99 * value / least), study.rows) == ()
+    assert indistinguishable_from_zero(solution, np.full_like(rough, 1.01 * value / least), study.rows) == (
+        "delay_time",
+    )
+    assert indistinguishable_from_zero(solution, np.full_like(rough, 0.99 * value / least), study.rows) == ()
 
 
 @pytest.mark.parametrize(
