@@ -116,8 +116,8 @@ def page_of(stored: dict[str, Any]) -> str:
             lines.append(f"| `{folder}/` | `{command}` | {counts} | {', '.join(differing) or 'none'} |\n")
         lines.append("\n")
     lines.append("## Merges\n\nWhat each merge was held against, before the code that it replaces went. ")
-    lines.append("Where there is no record, nothing was kept of a comparison. The real sets take a quarter of an hour, ")
-    lines.append("and were run on the merged code afterwards only: [real machines](real_machines.md).\n\n")
+    lines.append("Where there is no record, nothing was kept of a comparison. The real sets take a quarter of an ")
+    lines.append("hour, and were run on the merged code afterwards only: [real machines](real_machines.md).\n\n")
     lines.append("| merge | commit | held against what it replaces | on the real sets |\n| --- | --- | --- | --- |\n")
     for merge in stored["merges"]:
         lines.append(f"| {merge['merge']} | {merge['commit']} | {merge['held']} | {merge['real']} |\n")
