@@ -163,12 +163,15 @@ class Missing:
         Returns
         -------
         DataFrame
-            One row a named effect and parameter: value, standard deviation, unit, evidence and stability. Below them
+            One row a named effect and parameter: value, standard deviation, unit, evidence and stability; where the
+            verdict is ``unlisted``, effects that only stand in for what is missing, as ``stand-in: clock_error``. Below
             the RMS by group of runs, as ``("gap of validate", "before")`` and ``"after"``, with their unit; of a check
             of the whole device by run, mode of simulation and joint. ``attrs`` has ``verdict`` and ``sentence``.
         """
         effects = self.effects
         rows = effects.reset_index().to_dict("records")
+        if self.verdict == "unlisted":
+            rows = [row | {"effect": f"stand-in: {row['effect']}"} for row in rows]
         for group, gap in self.gap.iterrows():
             of = group if "file" not in gap else f"{gap['file']}, {gap['mode']}, joint {gap['joint']}"
             for moment in ("before", "after"):

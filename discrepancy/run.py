@@ -83,7 +83,7 @@ def search_campaign(  # one argument an option
     entries = entries_without({part for part in without.split(",") if part}, effects)
     whole = campaign_for_command(campaign)
     read = in_first_postures(whole)
-    together = parse_joints(free, "--free")
+    together = _parse_together(free)
     chosen = ((joint,) if joint is not None else parse_joints(joints)) or ()
     several: tuple[tuple[int, ...], ...] = (tuple(sorted(together)),) if together else ()
     if not chosen and not several:
@@ -114,6 +114,16 @@ def search_campaign(  # one argument an option
                 if prepared is not None:
                     findings |= _find(prepared, choices["stage"], listener)
     return findings.popitem()[1] if joint is not None and len(findings) == 1 else findings
+
+
+def _parse_together(free: str | None) -> tuple[int, ...] | None:
+    """Parse the joints of ``--free``, which are several."""
+    together = parse_joints(free, "--free")
+    if together is not None and len(set(together)) < 2:
+        what = f"joints that move together, as in --free {together[0]},{together[0] + 1}"
+        todo = f"search one joint alone by --joints {together[0]}"
+        raise InputError("--free", expected=what, got=str(free), todo=todo)
+    return together
 
 
 @contextmanager

@@ -45,13 +45,13 @@ class Thresholds:
     least_noise_over_range: float = 1e-9
     """Least noise over the range of the readings [1]: readings without noise are not infinitely exact."""
 
-    least_rows_of_noise_estimate: int = 100
-    """Fewest rows, each k-th of a run, from which noise behind a filter is read [1]: it is known to 10 %."""
+    least_rows_of_noise_estimate: int = 40
+    """Fewest rows, each k-th of a run, from which noise behind a filter is read [1]; all k phases are looked at."""
     least_rise_behind_filter: float = 1.6
     """Rise of the differences from neighbouring rows to every second row from which the readings were low-pass filtered
     [1]: behind an edge of second order it is 4 and more, behind one of first order, which is correlated noise, 1.41."""
-    largest_rise_of_noise: float = 1.35
-    """Rise from every k-th row to every 2k-th up to which both show the noise [1]."""
+    growth_of_stride: float = 1.2
+    """Factor from one k to the next [1]: between the edge of a filter and the motion there may be half an octave."""
     largest_noise_behind_filter_over_range: float = 0.01
     """Share of the travel above which what rows far apart differ by is motion [1]."""
 

@@ -66,7 +66,8 @@ the largest number that of a duty, and nothing radians from degrees.
 READ_BY_COUNTS = re.compile(r"enc|pot(?![a-z])|poti", re.IGNORECASE)
 """Names of sensors that are read in counts where their numbers are whole."""
 DEMANDED = re.compile(
-    rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref)')}", re.IGNORECASE
+    rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref|action)')}",
+    re.IGNORECASE,
 )
 """Names of what a controller follows, which is no measured position."""
 NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)

@@ -175,7 +175,7 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0, averaged_rows: i
 
     Where the joint rests inside one encoder step for most of the run, the step hides the noise and the estimate
     is near 0: √(σ² + h²/12) is then h/√12. The noise of an average over rows is corrected by `share_kept_of_average`;
-    behind a low-pass filter, every k-th row is looked at until s stays the same from k to 2k.
+    behind a low-pass filter, every k-th row is looked at until s grows more slowly than k.
     """
     noise = _from_differences(t, y, averaged_rows)
     if averaged_rows <= 1:
@@ -186,30 +186,53 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0, averaged_rows: i
 
 def _from_differences(t: Array, y: Array, averaged_rows: int = 1) -> float:
     """Return the robust standard deviation of the lowest order of differences that removes the motion."""
-    orders = [order for order in DIFFERENCE_ORDERS if y.size > 2 * order]
-    kept = np.array([share_kept_of_average(order, averaged_rows) for order in orders])
-    estimates = np.array([robust_std(contrasts(t, y, order)) for order in orders]) / kept
-    # Higher orders remove more motion but average over fewer independent rows: the lowest sufficient one is used.
-    return float(estimates[estimates <= 1.05 * estimates.min()][0])
+    return _lowest_sufficient(
+        {
+            order: robust_std(contrasts(t, y, order)) / share_kept_of_average(order, averaged_rows)
+            for order in DIFFERENCE_ORDERS
+            if y.size > 2 * order
+        }
+    )
+
+
+def _of_every(stride: int, t: Array, y: Array) -> float:
+    """Return the same of every ``stride``-th row, over all rows to begin with."""
+    return _lowest_sufficient(
+        {
+            order: robust_std(np.concatenate([contrasts(t[k::stride], y[k::stride], order) for k in range(stride)]))
+            for order in DIFFERENCE_ORDERS
+            if y.size // stride > 2 * order
+        }
+    )
+
+
+def _lowest_sufficient(estimates: dict[int, float]) -> float:
+    """Return the estimate of the lowest order that is within 5 % of the smallest.
+
+    Higher orders remove more motion but average over fewer independent rows.
+    """
+    least = min(estimates.values())
+    return next(estimates[order] for order in sorted(estimates) if estimates[order] <= 1.05 * least)
 
 
 def _behind_filter(t: Array, y: Array, noise: float) -> float:
     """Return the noise of readings that a low-pass filter smoothed; ``noise`` as given where none shows.
 
     Neighbouring rows behind a filter share their noise, so that their differences show the digits of the file at most.
-    Of every k-th row the differences grow with k until the rows are farther apart than the filter's memory; there they
-    show the noise. They grow again where the motion shows, by far more than noise that is merely correlated.
+    Of every k-th row the differences grow with k, faster than k, until the rows are farther apart than the filter's
+    memory; there they show the noise. They grow again where the motion shows.
     """
-    stride, before = 2, noise
+    stride, before = 2, _of_every(2, t, y)
+    if before < THRESHOLDS.least_rise_behind_filter * noise:
+        return noise
     while y.size // stride >= THRESHOLDS.least_rows_of_noise_estimate:
-        now = _from_differences(t[::stride], y[::stride])
-        if stride == 2 and now < THRESHOLDS.least_rise_behind_filter * before:
-            return noise
+        wider = max(stride + 1, round(THRESHOLDS.growth_of_stride * stride))
+        now = _of_every(wider, t, y)
         if now > THRESHOLDS.largest_noise_behind_filter_over_range * float(np.ptp(y)):
             return noise
-        if now < THRESHOLDS.largest_rise_of_noise * before:
+        if now / before < wider / stride:
             return before
-        stride, before = 2 * stride, now
+        stride, before = wider, now
     return noise
 
 

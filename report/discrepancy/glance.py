@@ -82,7 +82,9 @@ def position_glance(finding: Finding) -> Table:
     links = [f"{finding.search.study.name}.json"]
     if finding.rebuilt is not None:
         links.append(f"../fmu/{finding.rebuilt.fmu.path.name}")
-    names = ", ".join(dict.fromkeys(e.id for e in finding.judgement.effects)) if changed else ""
+    # What only stands in for it is no finding: the section on it has its names.
+    named = changed and verdict != "unlisted"
+    names = ", ".join(dict.fromkeys(e.id for e in finding.judgement.effects)) if named else ""
     action = SCATTER_ACTION if is_scatter_alone(finding) else _next_action(finding.judgement)
     joints = ", ".join(map(str, finding.joints))
     return _table_of(

@@ -34,6 +34,12 @@ def test_summary_has_the_effects_and_the_gap(tmp_path: Path) -> None:
     assert table.attrs == {"verdict": "named", "sentence": "In words."}
 
 
+def test_a_stand_in_is_no_named_effect_of_the_summary(tmp_path: Path) -> None:
+    gap = {"validate": GAP, "sealed": None, "fit": GAP}
+    table = finding(tmp_path, verdict="unlisted", effects=[SPRING], gap=gap).summary()
+    assert set(table.index.get_level_values("effect")) == {"stand-in: cubic_spring", "gap of validate", "gap of fit"}
+
+
 def test_summary_without_effects_has_the_gap(tmp_path: Path) -> None:
     table = finding(tmp_path, verdict="nothing_missing", gap={"validate": GAP, "sealed": None, "fit": GAP}).summary()
     assert table.index.tolist()[:2] == [("gap of validate", "before"), ("gap of validate", "after")]

@@ -27,6 +27,7 @@ from haptid.discrepancy.verdict.next_experiment import Proposal
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect
 from haptid.report.common.page import Page, Section
 from haptid.report.common.style import figure
+from haptid.report.discrepancy.glance import position_glance
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import gap_picture, scores_picture
 from haptid.report.discrepancy.where_pictures import draw_shares, localisation_figure, localisation_picture
@@ -246,6 +247,8 @@ def test_the_words_have_the_numbers_of_the_sealed_runs_where_there_are_any():
 
 def test_the_figures_of_a_stand_in_are_those_of_the_terminal_and_say_whose_they_are():
     finding = replace(FINDING, judgement=replace(JUDGEMENT, verdict="unlisted"), rebuilt=None)
+    (glance,) = position_glance(finding).rows
+    assert "cogging" not in map(str, glance)  # a stand-in is no finding
     page = page_of(finding)
     table = page.table("Before and after")
     assert table.header[2] == "after with the stand-in [mrad]"

@@ -12,8 +12,10 @@ from haptid.api.place import Place
 from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.job.job import Job, entries_without
 from haptid.discrepancy.job.search import findings_below, prepare_whole, tell_other_laws
+from haptid.discrepancy.run import search_campaign
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
+from haptid.support.errors import InputError
 from haptid.support.tables import text_of
 
 SPRING = {"id": "cubic_spring", "parameters": {"k3": {"value": 0.03, "std": 0.001}}}
@@ -35,6 +37,11 @@ def job(tmp_path: Path) -> Job:
         file.parent.mkdir(exist_ok=True)
         file.write_text(json.dumps(finding))
     return Job(campaign=read_campaign(embedded_campaign()), entries=entries_without(()), out=tmp_path)
+
+
+def test_one_joint_does_not_move_together_with_others() -> None:
+    with pytest.raises(InputError, match="search one joint alone by --joints 3"):
+        search_campaign(None, Path("out"), None, joint=None, free="3", effects=None, without="")
 
 
 def test_a_finding_under_another_law_is_told_and_not_taken(job: Job) -> None:
