@@ -223,7 +223,7 @@ def _behind_filter(t: Array, y: Array, noise: float) -> float:
     memory; there they show the noise. They grow again where the motion shows.
     """
     stride, before = 2, _of_every(2, t, y)
-    if before < THRESHOLDS.least_rise_behind_filter * noise:
+    if before <= THRESHOLDS.least_rise_behind_filter * noise:  # both are 0 where nothing moves
         return noise
     while y.size // stride >= THRESHOLDS.least_rows_of_noise_estimate:
         wider = max(stride + 1, round(THRESHOLDS.growth_of_stride * stride))
