@@ -177,42 +177,24 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0, averaged_rows: i
     is near 0: √(σ² + h²/12) is then h/√12. The noise of an average over rows is corrected by `share_kept_of_average`;
     behind a low-pass filter, every k-th row is looked at until s grows more slowly than k.
     """
-    noise = _from_differences(t, y, averaged_rows)
+    noise = _from_differences(t, y, averaged_rows=averaged_rows)
     if averaged_rows <= 1:
         noise = _behind_filter(t, y, noise)
     least = THRESHOLDS.least_noise_over_range * float(np.ptp(y)) + 1e-15
     return float(np.sqrt(max(noise**2 - resolution**2 / 12.0, least**2)))
 
 
-def _from_differences(t: Array, y: Array, averaged_rows: int = 1) -> float:
-    """Return the robust standard deviation of the lowest order of differences that removes the motion."""
-    return _lowest_sufficient(
-        {
-            order: robust_std(contrasts(t, y, order)) / share_kept_of_average(order, averaged_rows)
-            for order in DIFFERENCE_ORDERS
-            if y.size > 2 * order
-        }
-    )
+def _from_differences(t: Array, y: Array, *, averaged_rows: int = 1, stride: int = 1) -> float:
+    """Return the robust standard deviation of the lowest order of differences that removes the motion.
 
-
-def _of_every(stride: int, t: Array, y: Array) -> float:
-    """Return the same of every ``stride``-th row, over all rows to begin with."""
-    return _lowest_sufficient(
-        {
-            order: robust_std(np.concatenate([contrasts(t[k::stride], y[k::stride], order) for k in range(stride)]))
-            for order in DIFFERENCE_ORDERS
-            if y.size // stride > 2 * order
-        }
-    )
-
-
-def _lowest_sufficient(estimates: dict[int, float]) -> float:
-    """Return the estimate of the lowest order that is within 5 % of the smallest.
-
-    Higher orders remove more motion but average over fewer independent rows.
+    The differences are of every ``stride``-th row, over all rows to begin with.
     """
-    least = min(estimates.values())
-    return next(estimates[order] for order in sorted(estimates) if estimates[order] <= 1.05 * least)
+    estimates = []
+    for order in (order for order in DIFFERENCE_ORDERS if y.size // stride > 2 * order):
+        values = np.concatenate([contrasts(t[k::stride], y[k::stride], order) for k in range(stride)])
+        estimates.append(robust_std(values) / share_kept_of_average(order, averaged_rows))
+    # Higher orders remove more motion but average over fewer independent rows: the lowest sufficient one is used.
+    return next(one for one in estimates if one <= 1.05 * min(estimates))
 
 
 def _behind_filter(t: Array, y: Array, noise: float) -> float:
@@ -222,12 +204,14 @@ def _behind_filter(t: Array, y: Array, noise: float) -> float:
     Of every k-th row the differences grow with k, faster than k, until the rows are farther apart than the filter's
     memory; there they show the noise. They grow again where the motion shows.
     """
-    stride, before = 2, _of_every(2, t, y)
+    if y.size // 2 < THRESHOLDS.least_rows_of_noise_estimate:
+        return noise
+    stride, before = 2, _from_differences(t, y, stride=2)
     if before <= THRESHOLDS.least_rise_behind_filter * noise:  # both are 0 where nothing moves
         return noise
     while y.size // stride >= THRESHOLDS.least_rows_of_noise_estimate:
         wider = max(stride + 1, round(THRESHOLDS.growth_of_stride * stride))
-        now = _of_every(wider, t, y)
+        now = _from_differences(t, y, stride=wider)
         if now > THRESHOLDS.largest_noise_behind_filter_over_range * float(np.ptp(y)):
             return noise
         if now / before < wider / stride:

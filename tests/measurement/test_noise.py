@@ -73,6 +73,12 @@ def test_correlated_noise_is_none_behind_a_filter(pole):
     assert estimate == pytest.approx(2e-4 / (1.0 + pole), rel=0.15)  # what neighbouring rows differ by
 
 
+@pytest.mark.parametrize("rows", [7, 8, 12, 13, 40])
+def test_runs_too_short_to_show_a_filter_have_an_estimate(rows):
+    noise = 2e-4 * np.random.default_rng(4).standard_normal(rows)
+    assert 2e-5 < estimate_noise(T[:rows], 0.1 * np.cos(T[:rows]) + noise) < 2e-3
+
+
 def test_noise_free_motion_leaves_a_floor_above_zero():
     assert 0 < estimate_noise(T, np.sin(T)) < 1e-8
     assert 0 < estimate_noise(T, np.sin(T) + 0.02 * np.sin(40 * T)) < 1e-5
