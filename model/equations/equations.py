@@ -291,11 +291,21 @@ class Equations:
 
     @property
     def digest(self) -> str:
-        """Sixteen hex digits of the SHA-256 of ids and formulas; first guesses, bounds and units do not enter."""
+        """Sixteen hex digits of the SHA-256 of name, ids and formulas; first guesses, bounds and units do not enter."""
+        return self._digest_of(self.name, self.joints)
+
+    @property
+    def formula_digest(self) -> str:
+        """Sixteen hex digits of the SHA-256 of ids and formulas: joints that move alone share it, whatever their number.
+
+        Of several joints only their count enters.
+        """
+        return self._digest_of(len(self.joints))
+
+    def _digest_of(self, *about: object) -> str:
         text = repr(
             (
-                self.name,
-                self.joints,
+                *about,
                 [s.id for s in self.states],
                 [u.id for u in self.inputs],
                 [q.id for q in self.parameters],

@@ -1,6 +1,7 @@
 """A disk cache of compiled kernels: neither SymPy nor the compiler runs twice for the same equations.
 
-`Equations` come in, `CompiledKernel` goes out. A record is keyed by the digest of the equations and of the generator.
+`Equations` come in, `CompiledKernel` goes out. A record is keyed by the digest of the formulas and of the generator, so
+that joints whose equations differ in their numbers alone share their kernels, those with an effect too.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def cached_kernel(
         Where the compiler is missing or fails.
     """
     # a kernel with both, lanes and sensitivities, serves every request and is looked up first
-    both = cache_folder("kernels") / f"{equations.digest}-{generator()}-{substeps or 'default'}-{step!r}.json"
+    both = cache_folder("kernels") / f"{equations.formula_digest}-{generator()}-{substeps or 'default'}-{step!r}.json"
     own = both.with_name(f"{both.stem}-{'one' if not many else 'flat'}.json")
     known = _load_record(equations, both, step) or (None if many and tangent else _load_record(equations, own, step))
     if known is not None:

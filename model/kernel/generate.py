@@ -219,6 +219,7 @@ def _print(formulas: _Formulas, tangent: bool) -> str:
         template("weights.h"),
         _include_stepper("plain", "1"),
         f"#ifdef HK_NC\n{_include_stepper('tangent', '1 + HK_NC')}\n#endif" if tangent else "",
+        template("subnormals.h"),
         template("interface.c"),
     ]
     return "\n".join(parts) + "\n"

@@ -19,6 +19,7 @@ static void hk_store_lanes(void *where, long k, real Y[HK_NY][1]) {
 HK_API long hk_simulate_lanes(long first, long last, long n, const double *t, const double *u, int linear, const double *p,
                               const double *x0, double h, double *y, signed char *done) {
     long good = 0;
+    hk_mode mode = hk_flush();
     for (long base = first; base < last; base += HK_LANES) {
         real P[HK_NP + 1], X[HK_NX][1];
         for (int i = 0; i < HK_NP; i++)
@@ -30,6 +31,7 @@ HK_API long hk_simulate_lanes(long first, long last, long n, const double *t, co
         mask finite = hk_plain_finite(X);
         for (long l = 0; l < HK_LANES && base + l < last; l++) { done[base + l] = finite[l] != 0; good += finite[l] != 0; }
     }
+    hk_restore(mode);
     return good;
 }
 
@@ -47,7 +49,9 @@ HK_API long hk_simulate(long n, const double *t, const double *u, int linear, co
     real X[HK_NX][1];
     hk_sink sink = {y, 0};
     for (int i = 0; i < HK_NX; i++) X[i][0] = x0[i];
+    hk_mode mode = hk_flush();
     long done = hk_plain_rows(n, t, u, linear, p, X, h, hk_store_plain, &sink);
+    hk_restore(mode);
     for (int i = 0; i < HK_NX; i++) x_end[i] = X[i][0];
     return done;
 }
@@ -56,7 +60,9 @@ HK_API long hk_simulate(long n, const double *t, const double *u, int linear, co
 HK_API int hk_advance(double *x, double t, double dt, const double *u, const double *slope, const double *p, double h) {
     real X[HK_NX][1];
     for (int i = 0; i < HK_NX; i++) X[i][0] = x[i];
+    hk_mode mode = hk_flush();
     hk_plain_advance(X, t, dt, u, slope, p, h);
+    hk_restore(mode);
     if (!hk_plain_finite(X)) return 0;
     for (int i = 0; i < HK_NX; i++) x[i] = X[i][0];
     return 1;
@@ -99,7 +105,9 @@ HK_API long hk_simulate_tangent(long n, const double *t, const double *u, int li
     real X[HK_NX][1 + HK_NC];
     hk_sink sink = {y, dy};
     hk_seed(X, x0, S0);
+    hk_mode mode = hk_flush();
     long done = hk_tangent_rows(n, t, u, linear, p, X, h, hk_store_tangent, &sink);
+    hk_restore(mode);
     for (int i = 0; i < HK_NX; i++) {
         x_end[i] = X[i][0];
         for (int c = 0; c < HK_NC; c++) S_end[i * HK_NC + c] = X[i][1 + c];
@@ -111,7 +119,9 @@ HK_API long hk_simulate_tangent(long n, const double *t, const double *u, int li
 HK_API int hk_advance_tangent(double *x, double *S, double t, double dt, const double *u, const double *slope, const double *p, double h) {
     real X[HK_NX][1 + HK_NC];
     hk_seed(X, x, S);
+    hk_mode mode = hk_flush();
     hk_tangent_advance(X, t, dt, u, slope, p, h);
+    hk_restore(mode);
     if (!hk_tangent_finite(X)) return 0;
     for (int i = 0; i < HK_NX; i++) {
         x[i] = X[i][0];

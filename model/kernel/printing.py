@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -76,8 +77,15 @@ def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
     """
     real = of_reals(expression)
     free = real.free_symbols
-    flat = ((DiracDelta, lambda *_: sp.S.Zero),)
-    return [_exchange_functions(sp.diff(real, s), flat) if s in free else sp.S.Zero for s in symbols]
+    return [_slope(real, s) if s in free else sp.S.Zero for s in symbols]
+
+
+# An effect changes few of the equations: beside each effect of the catalogue the others are the same. Those of a
+# Maxwell-slip friction take seconds.
+@lru_cache(maxsize=4096)
+def _slope(real: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """Differentiate an expression that holds the symbol."""
+    return _exchange_functions(sp.diff(real, symbol), ((DiracDelta, lambda *_: sp.S.Zero),))
 
 
 def of_reals(expression: sp.Expr) -> sp.Expr:
@@ -93,7 +101,12 @@ def of_reals(expression: sp.Expr) -> sp.Expr:
     sympy.Expr
         The same function of its symbols.
     """
-    return _exchange_functions(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
+    return _of_reals(sp.sympify(expression))
+
+
+@lru_cache(maxsize=4096)
+def _of_reals(expression: sp.Expr) -> sp.Expr:
+    return _exchange_functions(expression, ((sp.Abs, Magnitude), (sp.sign, Direction)))
 
 
 def _exchange_functions(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -> sp.Expr:

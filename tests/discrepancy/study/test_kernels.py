@@ -66,3 +66,17 @@ def test_a_kernel_is_found_again_on_disk(equations, run, monkeypatch):
     y, dy = again.simulate_tangent(run.t, run.u, theta, x0)
     assert np.isfinite(y).all()
     assert dy.shape == (run.t.size, 1, len(first.kernel.columns))
+
+
+def test_joints_with_the_same_formulas_share_a_kernel(monkeypatch):
+    one, other = joint_equations(2), joint_equations(3)
+    assert one.digest != other.digest
+    first = cached_kernel(one, many=False)
+
+    def never(*_, **__):
+        raise AssertionError("generated again")
+
+    monkeypatch.setattr(kernel_cache.CompiledKernel, "of", never)
+    again = cached_kernel(other, many=False)
+    assert again.path == first.path
+    assert again.equations.name == "joint3"
