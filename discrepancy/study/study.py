@@ -192,8 +192,10 @@ class Study:
         TwoStep
             Simulator for `TwoStep.simulate_many`.
         """
-        # Signatures need no sensitivities. Where joints are coupled, leaving them out saves seconds of compilation.
-        return self.factory(self.equations(effects), many=True, tangent=self.alone)
+        # Signatures need no sensitivities, the fit of an effect that scores well does. Where joints are coupled or
+        # friction has many states, their formulas take seconds an effect, most of them for effects that are not fitted.
+        few = self.alone and len(self.base.states) <= THRESHOLDS.study.most_states_of_sketch_with_sensitivities
+        return self.factory(self.equations(effects), many=True, tangent=few)
 
 
 def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, threads: int = 1) -> Study:

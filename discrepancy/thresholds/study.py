@@ -28,6 +28,13 @@ class StudyThresholds:
     unlisted case from 116 s to 86 s.
     """
 
+    most_states_of_sketch_with_sensitivities: int = 4
+    """Number of states of the nominal model [1] up to which the kernels of signatures have sensitivities too.
+
+    With one state a friction law, they take 0.2 s an effect, less than to compile the kernels of those effects anew
+    that are fitted. With the twelve of the generalised Maxwell-slip law they take 2 s.
+    """
+
     # Step 10: the budget.
     most_simulated_runs: int = 30_000
     """Simulated runs after which no further combinations of effects are tried (``--effort``).
