@@ -2,6 +2,8 @@
 
 Named effects may explain a torque and leave the rigid body no sense: then whatever the model is used for goes wrong.
 Two things tell, beside the position through a recorded controller: the inertia, and the free simulation of unseen runs.
+The latter is held against the nominal model of the search and against the identified model, which was fitted to the
+position where that was possible.
 """
 
 from __future__ import annotations
@@ -36,17 +38,27 @@ class Soundness:
         Keys of the effects that move the inertia too far.
     worsening
         Keys of the effects with which the free simulation is clearly worse.
+    known_free
+        RMS error of the same kind with the identified model; None where there is none.
     """
 
     inertia: tuple[float, float]
     free: tuple[float, float] | None
     movers: frozenset[str] = frozenset()
     worsening: frozenset[str] = frozenset()
+    known_free: float | None = None
 
     @property
     def doubted(self) -> frozenset[str]:
         """Keys of the effects that either doubts."""
         return self.movers | self.worsening
+
+    @property
+    def is_outdone(self) -> bool:
+        """Whether the identified model simulates unseen runs far better than the model with the effects."""
+        if self.free is None or self.known_free is None:
+            return False
+        return self.free[1] > THRESHOLDS.torque.largest_rms_of_free_simulation * self.known_free
 
     def tell(self, effects: Sequence[Effect], *, prismatic: bool) -> str:
         """Say what doubts the effects.
@@ -77,6 +89,13 @@ class Soundness:
                 f" With {_ids(effects, self.worsening)} a free simulation of unseen runs misses the position by {after}"
                 f" instead of {before} RMS."
             )
+        if self.is_outdone and self.free is not None and self.known_free is not None:
+            unit = unit_for("rad", [prismatic])
+            told += (
+                f" A free simulation of unseen runs with {_ids(effects, frozenset(e.key for e in effects))} misses the"
+                f" position by {self.free[1]:.3g} {unit} RMS, the identified model by {self.known_free:.3g} {unit}: use"
+                " that one."
+            )
         return told
 
     def as_json(self) -> dict[str, Any]:
@@ -85,18 +104,23 @@ class Soundness:
         Returns
         -------
         dict
-            ``inertia`` and ``free_simulation_rms`` before and after, each with the keys of the effects that it doubts.
+            ``inertia`` and ``free_simulation_rms`` before and after, each with the keys of the effects that it doubts;
+            ``identified`` is that of the identified model, None where there is none.
         """
         free = None
         if self.free is not None:
             before, after = (value if math.isfinite(value) else None for value in self.free)
-            free = {"before": before, "after": after, "doubts": sorted(self.worsening)}
+            free = {"before": before, "after": after, "doubts": sorted(self.worsening), "identified": self.known_free}
         inertia = {"before": self.inertia[0], "after": self.inertia[1], "doubts": sorted(self.movers)}
         return {"inertia": inertia, "free_simulation_rms": free}
 
 
 def judge_soundness(
-    base: TorqueFit, final: TorqueFit, nominal_loop: ClosedLoop | None, final_loop: ClosedLoop | None
+    base: TorqueFit,
+    final: TorqueFit,
+    nominal_loop: ClosedLoop | None,
+    final_loop: ClosedLoop | None,
+    known_free: float | None = None,
 ) -> Soundness:
     """Judge a model by its inertia and its free simulation of unseen runs.
 
@@ -106,6 +130,9 @@ def judge_soundness(
         Nominal model, and the model with the named effects.
     nominal_loop, final_loop
         Both refitted through the recorded controller; None without one.
+    known_free
+        RMS error of the position of unseen runs in free simulation [rad], or [m], with the identified model; None where
+        there is none.
 
     Returns
     -------
@@ -129,7 +156,7 @@ def judge_soundness(
         return Soundness(inertia=inertia, free=None, movers=movers)
     most = THRESHOLDS.torque.largest_rms_of_free_simulation * before
     worsening = find_blamed(final, lambda without: _is_within(free_rms(without), most)) if after > most else frozenset()
-    return Soundness(inertia=inertia, free=(before, after), movers=movers, worsening=worsening)
+    return Soundness(inertia=inertia, free=(before, after), movers=movers, worsening=worsening, known_free=known_free)
 
 
 def _is_far_in_loop(base: TorqueFit, final: TorqueFit, before: Mapping[str, float], after: Mapping[str, float]) -> bool:

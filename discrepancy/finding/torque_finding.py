@@ -171,7 +171,7 @@ class TorqueFinding:
         if self.verdict == "nothing_missing":
             return "Nothing is missing: what is left of the torque does not repeat."
         if self.verdict in ("named", "ambiguous"):
-            return f"Missing in the model: {names}.{self._told_of_rivals} {self._measured}"
+            return f"Missing in the model: {names}.{self._told_of_soundness}{self._told_of_rivals} {self._measured}"
         if self.verdict == "unlisted":
             like = (
                 f" It is like {names}, but with it the position strays further from the measured one." if names else ""
@@ -188,7 +188,7 @@ class TorqueFinding:
     @property
     def _told_of_soundness(self) -> str:
         """Sentences on what inertia and free simulation doubt; empty where that is nothing."""
-        if self.soundness is None or not self.soundness.doubted:
+        if self.soundness is None or not (self.soundness.doubted or self.soundness.is_outdone):
             return ""
         told = self.soundness.tell(self.search.final.effects, prismatic=self.search.study.prismatic)
         return told if self.verdict == "unlisted" else f"{told} So no FMU has these effects."

@@ -55,6 +55,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     starts: int,
     tell: Progress,
     origin: Origin | None = None,
+    known_free_rms: float | None = None,
 ) -> TorqueFinding:
     """Run all stages of the search on the torque of one joint.
 
@@ -76,6 +77,9 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         Told of each step.
     origin
         What the search is run on, for the FMU; None for runs of no campaign.
+    known_free_rms
+        RMS error of the position of unseen runs in free simulation [rad], or [m], with the identified model; None where
+        there is none.
 
     Returns
     -------
@@ -102,7 +106,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
     found = replace(found, rivals=_rivals_in_position(found, final_loop))
     tell("free simulation")
-    soundness = judge_soundness(base, final, nominal_loop, final_loop)
+    soundness = judge_soundness(base, final, nominal_loop, final_loop, known_free_rms)
     finding = TorqueFinding(
         search=found,
         gaps=_measure_gaps(base, final),
@@ -119,8 +123,9 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         doubted=find_doubted(final, found.stability) | soundness.doubted,
         soundness=soundness,
     )
-    # A surrogate must not reach the users' model, nor an inertia that stands for something else.
-    if not final.effects or finding.verdict == "unlisted" or soundness.doubted:
+    # A surrogate must not reach the users' model, nor an inertia that stands for something else, nor what simulates far
+    # worse than the model that they have.
+    if not final.effects or finding.verdict == "unlisted" or soundness.doubted or soundness.is_outdone:
         return finding
     # Built last: the FMU carries what the stages above found.
     tell("FMU")

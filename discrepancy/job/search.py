@@ -18,7 +18,7 @@ from haptid.discrepancy.finding.torque_stages import find_torque
 from haptid.discrepancy.job.job import Job
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, begun_at, study_of, with_positions
-from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_zeros
+from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_free_rms, read_zeros
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, law_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
@@ -129,7 +129,7 @@ class SearchByTorque:
         study = torque_study_of(campaign, self.joint, carried, threads=job.threads)
         return find_torque(
             study, job.entries, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell,
-            origin=origin_of(campaign, free),
+            origin=origin_of(campaign, free), known_free_rms=read_free_rms(campaign, free, job.out),
         )  # fmt: skip
 
 

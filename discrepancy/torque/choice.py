@@ -18,7 +18,12 @@ from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.carried_fit import carried_fit, earlier_residual, earlier_zeros
+from haptid.identification.sequence.carried_fit import (
+    carried_fit,
+    earlier_free_rms,
+    earlier_residual,
+    earlier_zeros,
+)
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
@@ -135,6 +140,27 @@ def read_zeros(campaign: Campaign, free: Sequence[int], out: Path) -> dict[str, 
     """
     tested = only_configuration(campaign, free)
     return {} if tested is None else earlier_zeros(campaign, device_of(campaign), tested, out)
+
+
+def read_free_rms(campaign: Campaign, free: Sequence[int], out: Path) -> float | None:
+    """Return how far the models of an identification below ``out`` stray from the position of unseen runs.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    free
+        Numbers of the free joints.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    float or None
+        As `earlier_free_rms`; None where there is no identification of the same runs.
+    """
+    tested = only_configuration(campaign, free)
+    return None if tested is None else earlier_free_rms(campaign, device_of(campaign), tested, out)
 
 
 def only_configuration(campaign: Campaign, free: Sequence[int]) -> Configuration | None:

@@ -30,6 +30,7 @@ from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.support.errors import InputError
+from haptid.support.linear_algebra import rms
 
 FILE = "identification.json"
 """Name of the results in the output folder."""
@@ -155,6 +156,37 @@ def earlier_residual(
         return EarlierResidual(at_noise=bool(at_noise) and position, plain=plain)
     except (KeyError, TypeError, IndexError):  # changed by hand
         return None
+
+
+def earlier_free_rms(
+    campaign: Campaign, device: Device | None, configuration: Configuration, out: Path
+) -> float | None:
+    """Return how far an earlier identification's models stray from the position of the runs that no fit saw.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configuration
+        Free joints, posture and runs.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    float or None
+        RMS error of the position in free simulation [rad], or [m]: the lesser one of the fit and of the plain model,
+        over all these runs. None where the folder has no results of the same data, entries and code, and where neither
+        model was simulated.
+    """
+    entry = _entry_of(campaign, device, configuration, out)
+    runs = [] if entry is None else entry.get("runs", [])
+    unseen = [run["figures"] for run in runs if run.get("use") != "fit" and run.get("figures")]
+    models = set(unseen[0]).intersection(*unseen) if unseen else set()
+    errors = [[one[name].get("free_rmse") for one in unseen] for name in models]
+    return min((rms(each) for each in errors if None not in each), default=None)
 
 
 def earlier_zeros(

@@ -291,7 +291,7 @@ class Equations:
 
     @property
     def digest(self) -> str:
-        """Sixteen hex digits of the SHA-256 of name, ids and formulas; first guesses, bounds and units do not enter."""
+        """Sixteen hex digits of the SHA-256 of name, ids and formulas; guesses, bounds and units do not enter."""
         return self._digest_of(self.name, self.joints)
 
     @property

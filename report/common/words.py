@@ -55,7 +55,7 @@ PLAIN_WORDS = {
     "whole-explained": "above the noise, by what the parameters leave open",
     "whole-uncertain": "the parameters leave too much open to tell",
     "whole-unexplained": "more is left than the parameters leave open",
-    "verdict-partly_named": "something smaller is left",
+    "verdict-partly_named": "a part is named, a part is left",
     "verdict-ambiguous": "several explanations fit alike",
     "verdict-unlisted": "no effect of the catalogue explains it",
 }
@@ -219,7 +219,7 @@ VERDICTS = _group(
     (
         "partly_named", "look",
         "The named effects explain a part; more is left than does not repeat.",
-        "Use the rebuilt FMU if its residual suffices; the page shows where the rest lies.",
+        "Use the rebuilt FMU, where there is one and what it leaves suffices; the page shows where the rest lies.",
     ),
     (
         "ambiguous", "look",

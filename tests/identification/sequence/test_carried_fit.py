@@ -12,7 +12,7 @@ from haptid.discrepancy.fit.nominal_fit import fit_nominal
 from haptid.discrepancy.study.study import study_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.run import main
-from haptid.identification.sequence.carried_fit import EarlierResidual, carried_fit, earlier_residual
+from haptid.identification.sequence.carried_fit import EarlierResidual, carried_fit, earlier_free_rms, earlier_residual
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
@@ -103,3 +103,22 @@ def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identifie
     # Both fits end where a step promises less than this tolerance, so that they may lie apart by as much.
     apart = alone.solution.blocks.jacobian @ (begun.solution.x - alone.solution.x)
     assert apart @ apart < 4 * THRESHOLDS.fit.nominal_tolerance_chi2
+
+
+def test_how_far_the_better_model_strays_in_free_simulation_is_carried(identified, tmp_path):
+    out, campaign = identified
+    device = device_of(campaign)
+    configuration = configurations_of(campaign, device, (4,))[0]
+    data = json.loads((out / "identification.json").read_text())
+    runs = data["configurations"][0]["runs"]
+    for run in runs:
+        run["figures"] = {"model": {"free_rmse": 3.0}, "baseline": {"free_rmse": 2.0}}
+        if run["use"] == "fit":
+            run["figures"] = {"model": {"free_rmse": 0.1}, "baseline": {"free_rmse": 0.1}}
+    (tmp_path / "identification.json").write_text(json.dumps(data))
+    assert earlier_free_rms(campaign, device, configuration, tmp_path) == pytest.approx(2.0)
+    for run in runs:
+        run["figures"]["baseline"]["free_rmse"] = None  # its simulation did not stay finite
+    (tmp_path / "identification.json").write_text(json.dumps(data))
+    assert earlier_free_rms(campaign, device, configuration, tmp_path) == pytest.approx(3.0)
+    assert earlier_free_rms(campaign, device, configuration, tmp_path / "none") is None
