@@ -212,7 +212,7 @@ def verdict_of(found: Search) -> Verdict:
     Notes
     -----
     1. A best model that is not adequate is unlisted: something real is missing that no catalogue effect explains. Where
-       its effects close most of the gap and no other effect comes near them, it is partly named.
+       its effects remove most of the model discrepancy and no other effect comes near them, it is partly named.
     2. An adequate model without effects means that nothing is missing, or only the friction law that it has.
     3. Several names are unlisted where one of them has little evidence, or where two are powers of one variable: they
        are terms of a series that follows any smooth curve.
@@ -347,8 +347,8 @@ def _estimate(
 ) -> Estimate:
     """Return the estimate of one parameter.
 
-    The place of a discontinuity is known no better than its rounding, and than the gap between the torques that were
-    sent around it: anywhere in the gap it changes nothing (uniform distribution, gap/√12).
+    The place of a discontinuity is known no better than its rounding, and than the interval between the torques that
+    were sent around it: anywhere in it nothing changes (uniform distribution, interval/√12).
     """
     value = values[quantity.id]
     if effect.threshold and quantity is effect.parameters[0]:
