@@ -10,7 +10,7 @@ from haptid.api.arguments import check_choice, joints_of, only_one
 from haptid.api.missing import Missing, write_report
 from haptid.api.place import Place
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
-from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS, Job, entries_without
+from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS, Job, catalogue_without
 from haptid.discrepancy.job.search import (
     Prepared,
     SearchByPosition,
@@ -66,7 +66,7 @@ def find_values(  # noqa: PLR0913 # one argument a choice
     check_choice("kind", kind, get_args(Kind))
     values = in_first_postures(values)
     job = Job(
-        campaign=values, entries=entries_without(without, own_effects), out=place.path, kind=kind, seed=seed,
+        campaign=values, catalogue=catalogue_without(without, own_effects), out=place.path, kind=kind, seed=seed,
         starts=starts, effort=effort, threads=workers,
     )  # fmt: skip
     if joints is None or not isinstance(joint, Iterable):

@@ -347,10 +347,10 @@ class Posteriors:
     def _repr_html_(self) -> str:
         """Return verdict and intervals for a notebook."""
         tables = {"parameters": self.summary()}
-        said = lead(self.posteriors) if self.posteriors else self._told_of_chains()
+        said = lead(self.posteriors) if self.posteriors else self._describe_chains()
         return html_of(self.data["campaign"], said, tables, measured=bool(self.data["measured"]))
 
-    def _told_of_chains(self) -> str:
+    def _describe_chains(self) -> str:
         """Return a sentence on the chains of results that were read."""
         # Results of an earlier version say that chains are not sound, and not why.
         unsound = [

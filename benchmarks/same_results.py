@@ -4,6 +4,10 @@ What a move of modules must not change: the locking plan, the FMU of a locked jo
 each with a fixed seed. Dates, durations, versions and the command line are left out of JSON; the rest must agree to
 the last bit. Pages (HTML, and their stored content) show dates and durations and are not compared.
 
+``--merge COMMIT`` holds a commit against the one before it on other cases: fit and search in joint 4 of the embedded
+campaign and of two sets of real measurements (`benchmarks.revisions.cases`; the folder of the measurements is that of
+`benchmarks.real_machines`). Results that are not the same are compared by their figures.
+
 ``--json`` keeps the outcome beside others in that file, and writes the page that shows them all; ``--page`` writes the
 page alone.
 """
@@ -11,20 +15,26 @@ page alone.
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
 import zipfile
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
+from benchmarks.revisions.cases import CASES
+from benchmarks.revisions.merges import merges_section
+from benchmarks.revisions.pairs import hold_pair, today
+from benchmarks.revisions.results import result_alone
+from benchmarks.revisions.runs import check_out, commit_of, environment_of
 from haptid.report.common.stored_page import FOLDER
 from haptid.support.files.files import write_json
-from haptid.support.installing.environment import ROOT
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.truth import read_truth
+from tests.real_data import DATA
 
 COMMANDS = {
     "plan": ("model.plan",),
@@ -34,9 +44,8 @@ COMMANDS = {
     "verdict": ("discrepancy.run", "--joint", "4", "--seed", "3"),
 }
 """Folder of the results: the command that writes them."""
-TOLD = {"code", "command", "data", "date", "inputs", "software", "version", "wall_s"}
-"""Keys of JSON that tell of the run, not of its result; three of them hold the digest of the code."""
-
+JOINT = 4
+"""Joint of the embedded campaign that pairs of commits are held on."""
 
 INTRODUCTION = """# Are the results still the same?
 
@@ -51,33 +60,24 @@ command), all other files byte for byte. Pages show dates and are left out.
 def run(revision: str, folder: Path) -> str:
     """Check a revision out, run the commands below ``folder``; return the commit."""
     tree = folder / "tree"
-    subprocess.run(["git", "clone", "--quiet", str(ROOT), str(tree)], check=True)
-    subprocess.run(["git", "checkout", "--quiet", revision], cwd=tree, check=True)
-    environment = {**os.environ, "HAPTID_CACHE": str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    check_out(revision, tree)
     for name, command in COMMANDS.items():
         click.echo(f"{revision}: {' '.join(command)}", err=True)
         arguments = [sys.executable, "-m", *command, "--out", str(folder / "results" / name), "--quiet"]
+        environment = environment_of(folder, None)
         subprocess.run(arguments, cwd=tree, env=environment, check=True, stdout=subprocess.DEVNULL)
-    done = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=tree, capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+    return commit_of(revision)
 
 
 def content(path: Path) -> object:
     """Return what of a file must agree: JSON without what tells of the run, an archive by its entries, or bytes."""
     if path.suffix == ".json":
-        return told_apart(json.loads(path.read_text(encoding="utf-8")))
+        return result_alone(json.loads(path.read_text(encoding="utf-8")))
     if path.suffix == ".fmu":
         with zipfile.ZipFile(path) as archive:
             # macOS binaries hold the folder they were linked in
             return {name: archive.read(name) for name in archive.namelist() if not name.endswith(".dylib")}
     return path.read_bytes()
-
-
-def told_apart(value: Any) -> Any:
-    """Return JSON without the keys that tell of the run."""
-    if isinstance(value, dict):
-        return {key: told_apart(v) for key, v in value.items() if key not in TOLD}
-    return [told_apart(v) for v in value] if isinstance(value, list) else value
 
 
 def compare(before: Path, after: Path) -> dict[str, str]:
@@ -115,18 +115,35 @@ def page_of(stored: dict[str, Any]) -> str:
             counts = f"{len(inside)} | {len(inside) - len(differing)}"
             lines.append(f"| `{folder}/` | `{command}` | {counts} | {', '.join(differing) or 'none'} |\n")
         lines.append("\n")
-    lines.append("## Merges\n\nWhat each merge was held against, before the code that it replaces went. ")
-    lines.append("Where there is no record, nothing was kept of a comparison. The real sets take a quarter of an ")
-    lines.append("hour, and were run on the merged code afterwards only: [real machines](real_machines.md).\n\n")
-    lines.append("| merge | commit | held against what it replaces | on the real sets |\n| --- | --- | --- | --- |\n")
-    for merge in stored["merges"]:
-        lines.append(f"| {merge['merge']} | {merge['commit']} | {merge['held']} | {merge['real']} |\n")
+    lines.append(merges_section(stored))
     return "".join(lines)
+
+
+def keep_pair(path: Path, pair: dict[str, Any]) -> None:
+    """Keep what was measured of a pair of commits, case by case in the place of what was, and write the page."""
+    stored = stored_in(path)
+    others = [one for one in stored["pairs"] if one["after"] != pair["after"]]
+    earlier = [one for one in stored["pairs"] if one["after"] == pair["after"]]
+    held = {case["case"]: case for one in (*earlier, pair) for case in one["cases"]}
+    pair = pair | {"cases": [held[case.name] for case in CASES if case.name in held]}
+    order = [merge["commit"] for merge in stored["merges"]]
+    stored["pairs"] = sorted(
+        [*others, pair], key=lambda one: order.index(one["after"]) if one["after"] in order else -1
+    )
+    stored["truth"] = Arm(read_truth()).locked_joint(JOINT, np.zeros(6))
+    write_json(path, stored)
+    path.with_suffix(".md").write_text(page_of(stored), encoding="utf-8")
+
+
+def stored_in(path: Path) -> dict[str, Any]:
+    """Return the stored outcomes of a file; empty ones where there is none."""
+    empty: dict[str, Any] = {"comparisons": [], "merges": [], "pairs": [], "truth": {}}
+    return empty | json.loads(path.read_text(encoding="utf-8")) if path.is_file() else empty
 
 
 def keep(path: Path, comparison: dict[str, Any]) -> None:
     """Keep a comparison in a file, in the place of one of the same commits, and write its page."""
-    stored = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {"comparisons": [], "merges": []}
+    stored = stored_in(path)
     kept = stored["comparisons"]
     places = [k for k, one in enumerate(kept) if one["command"] == comparison["command"]]
     if places:  # title and remark were written by hand
@@ -140,27 +157,37 @@ def keep(path: Path, comparison: dict[str, Any]) -> None:
 @click.command()
 @click.option("--before", default="HEAD~1", show_default=True, help="Revision to compare with.")
 @click.option("--after", default="HEAD", show_default=True, help="Revision that is compared.")
+@click.option("--merge", default=None, metavar="COMMIT", help="Hold a commit against the one before it on all cases.")
+@click.option("--work", type=click.Path(path_type=Path, file_okay=False), help="Keep checkouts and results here.")
+@click.option("--cases", default="", metavar="CASE,CASE", help="Hold a merge on these cases alone.")
+@click.option("--packages", type=click.Path(path_type=Path, exists=True), help="Packages that old revisions need.")
 @click.option("--json", "stored", type=click.Path(path_type=Path, dir_okay=False), help="Keep the outcome here.")
 @click.option("--page", type=click.Path(path_type=Path, exists=True), help="Write the page of these stored outcomes.")
-def main(before: str, after: str, stored: Path | None, page: Path | None) -> None:
+def main(before: str, after: str, merge: str | None, stored: Path | None, page: Path | None, **choices: Any) -> None:
     """Run two revisions and compare what they write; exit 1 where anything differs."""
     if page is not None:
-        text = page_of(json.loads(page.read_text(encoding="utf-8")))
-        page.with_suffix(".md").write_text(text, encoding="utf-8")
+        page.with_suffix(".md").write_text(page_of(stored_in(page)), encoding="utf-8")
         return
     with tempfile.TemporaryDirectory() as folder:
+        if merge is not None:
+            named = choices["cases"].split(",")
+            cases = [case for case in CASES if case.name in named or not choices["cases"]]
+            work = choices["work"] or Path(folder)
+            pair = hold_pair((f"{merge}~1", merge), cases, work, DATA, choices["packages"])
+            if stored is not None:
+                keep_pair(stored, pair)
+            sys.exit(not all(held["same"] for held in pair["cases"]))
         sides = [Path(folder) / "before", Path(folder) / "after"]
         commits = [run(revision, side) for revision, side in zip((before, after), sides, strict=True)]
         outcome = compare(*(side / "results" for side in sides))
-    for name, told in outcome.items():
-        click.echo(f"{told:22s}{name}")
-    differing = [name for name, told in outcome.items() if told != "same"]
+    for name, agreement in outcome.items():
+        click.echo(f"{agreement:22s}{name}")
+    differing = [name for name, agreement in outcome.items() if agreement != "same"]
     click.echo(f"{len(outcome) - len(differing)} of {len(outcome)} files are the same in {commits[0]} and {commits[1]}")
     if stored is not None:
         command = f"python -m benchmarks.same_results --before {commits[0]} --after {commits[1]}"
-        date = datetime.now(UTC).date().isoformat()
         ends = {"before": commits[0], "after": commits[1]}
-        keep(stored, {"command": command, "date": date, **ends, "files": outcome})
+        keep(stored, {"command": command, "date": today(), **ends, "files": outcome})
     sys.exit(bool(differing))
 
 

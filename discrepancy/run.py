@@ -11,7 +11,7 @@ from haptid.api.find_missing import carry_out
 from haptid.api.place import Place
 from haptid.discrepancy.commands import missing as main
 from haptid.discrepancy.finding.stages import run_stages
-from haptid.discrepancy.job.job import Job, entries_without
+from haptid.discrepancy.job.job import Job, catalogue_without
 from haptid.discrepancy.job.search import (
     Prepared,
     SearchByPosition,
@@ -80,7 +80,7 @@ def search_campaign(  # one argument an option
     WritingError
         Where ``out`` cannot be written.
     """
-    entries = entries_without({part for part in without.split(",") if part}, effects)
+    catalogue = catalogue_without({part for part in without.split(",") if part}, effects)
     whole = campaign_for_command(campaign)
     read = in_first_postures(whole)
     together = _parse_together(free)
@@ -91,8 +91,8 @@ def search_campaign(  # one argument an option
     if not chosen and not several:
         raise InputError("campaign.toml", expected="runs with one free joint", got="none")
     job = Job(
-        campaign=read, entries=entries, out=out, kind=choices["kind"], seed=choices["seed"], starts=choices["starts"],
-        effort=choices["effort"], threads=choices["workers"],
+        campaign=read, catalogue=catalogue, out=out, kind=choices["kind"], seed=choices["seed"],
+        starts=choices["starts"], effort=choices["effort"], threads=choices["workers"],
     )  # fmt: skip
     findings: Findings = {}
     with listening(quiet=choices["quiet"]) as listener:

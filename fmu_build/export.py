@@ -341,8 +341,8 @@ def package_result(  # noqa: PLR0913 # one argument an option
         _check_complete(entries_of(data, joint), law, drive_of(data, joint), f"{source}: parameters of joint {joint}")
         with _named_in_errors(source, []):
             return Packaged(fmu=export_joint(data, joint, out, kind, start, source.parent))
-    entries = with_folder(effects)
-    findings = [read_finding(path, entries) for path in named]
+    catalogue = with_folder(effects)
+    findings = [read_finding(path, catalogue) for path in named]
     machine = device if isinstance(device, Device) else device_of_results(device, data, source)
     check_for_device(data, machine, str(source))
     taken = tuple(taken_along(findings, data, machine, str(source)))  # refused before an FMU is written

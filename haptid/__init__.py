@@ -1,4 +1,4 @@
-"""haptid: measurements of a robot or haptic device in, identified FMUs with honest uncertainty out.
+"""A `Campaign` of measurements in; `Identified` FMUs, `Posteriors` and `Missing` effects out: one name for all.
 
     from haptid import Campaign
 

@@ -98,7 +98,7 @@ def call(module: str, function: str, **settings: Any) -> Any:
     """
     # In a log nothing stands before an error, which is one line.
     told = is_terminal(sys.stderr) and not settings.get("quiet", False)
-    with _told_of_loading() if told else nullcontext():
+    with _show_loading() if told else nullcontext():
         loaded = _import_work(module)
     return getattr(loaded, function)(**settings)
 
@@ -117,7 +117,7 @@ def _import_work(module: str) -> ModuleType:
 
 
 @contextmanager
-def _told_of_loading() -> Iterator[None]:
+def _show_loading() -> Iterator[None]:
     """Say that packages are loaded, which takes seconds; the terminal forgets the words afterwards."""
     click.echo(LOADING, err=True, nl=False)
     try:

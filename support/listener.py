@@ -40,7 +40,7 @@ def _ignore(text: str) -> None:
     """Take a text, and do nothing."""
 
 
-def _ignore_told(told: Told) -> None:
+def _ignore_summary(told: Told) -> None:
     """Take a summary, and do nothing."""
 
 
@@ -60,4 +60,4 @@ class Listener:
 
     progress: Progress = ignore_progress
     note: Callable[[str], None] = _ignore
-    finished: Callable[[Told], None] = _ignore_told
+    finished: Callable[[Told], None] = _ignore_summary

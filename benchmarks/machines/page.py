@@ -106,7 +106,7 @@ def _section(one: Mapping[str, Any]) -> list[str]:
         lines += ["", f"Outcome `{found['outcome']}`, residual in {found['residual']}: {found['why']}."]
         if found["outcome"] == PLAIN:
             lines[-1] += " The plain model replaced the fit, so that the figures above are those of the plain model."
-        lines[-1] += _told_delay(found.get("delay"))
+        lines[-1] += _describe_delay(found.get("delay"))
     if one["picture"]:
         lines += ["", f"![Measured, computed and simulated signals of an unseen run, with residuals]({one['picture']})"]
     if found is not None:
@@ -134,7 +134,7 @@ def _with_std(parameter: Mapping[str, Any] | None) -> str:
     return f"{parameter['value']:.4g}" + (f" ± {std:.2g}" if std else "")
 
 
-def _told_delay(delay: Mapping[str, Any] | None) -> str:
+def _describe_delay(delay: Mapping[str, Any] | None) -> str:
     """Write the delay between torque and motion; empty where none earned its place."""
     if delay is None:
         return ""

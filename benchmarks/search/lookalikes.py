@@ -1,8 +1,8 @@
-"""Which entries of the catalogue look alike at small size, on synthetic campaigns in which nothing is hidden.
+"""Which effects of the catalogue look alike at small size, on synthetic campaigns in which nothing is hidden.
 
 Signatures are the readings' derivatives with respect to an effect at its neutral value; base parameters and initial
 states move the readings too, and what they cannot reach of a signature is D (n_r, amplitudes). Of the part of an
-entry's D that another entry follows best, 1 − cos²φ is left over, φ being the least principal angle between both
+effect's D that another effect follows best, 1 − cos²φ is left over, φ being the least principal angle between both
 subspaces (Björck and Golub 1973), the least over all their shapes.
 """
 
@@ -31,27 +31,27 @@ SHOWN = 0.02
 
 
 def subspaces(study: Study) -> dict[str, list[Array]]:
-    """Return orthonormal bases (n_r, amplitudes) of every entry's visible signatures, by id."""
+    """Return orthonormal bases (n_r, amplitudes) of every effect's visible signatures, by id."""
     base = fit_nominal(study, starts=4, seed=0).solution
-    entries = study.in_si(base.values)
-    found = signatures(study, base, list(entries.values()))
+    effects = study.in_si(base.values)
+    found = signatures(study, base, list(effects.values()))
     _, D, survives = project(study, base, found)
     bases = defaultdict(list)
     for point in found.points:
         if survives[point.columns].max() > THRESHOLDS.detect.least_share_off_tangent_space:
             U, s, _ = np.linalg.svd(D[:, point.columns], full_matrices=False)
-            bases[entries[point.key].id].append(U[:, s > 1e-6 * s[0]])
+            bases[effects[point.key].id].append(U[:, s > 1e-6 * s[0]])
     return bases
 
 
 def left_over(one: list[Array], other: list[Array]) -> float:
-    """Return the least 1 − cos²φ over all shapes of two entries."""
+    """Return the least 1 − cos²φ over all shapes of two effects."""
     nearest = max(float(np.linalg.svd(A.T @ B, compute_uv=False)[0]) for A in one for B in other)
     return max(0.0, 1.0 - nearest**2)
 
 
 def main() -> None:
-    """Print pairs of entries of which one follows the other but for a small share, case by case."""
+    """Print pairs of effects of which one follows the other but for a small share, case by case."""
     shares: dict[tuple[str, str], list[float]] = defaultdict(list)
     with tempfile.TemporaryDirectory() as folder:
         make_cases(Path(folder), CASES, SEED, kinds=["none"], sizes=["nominal"], inputs="mixed", effects=[])

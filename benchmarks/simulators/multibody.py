@@ -102,12 +102,12 @@ def of_fmu(values: Mapping[str, float], run: Run, folder: Path) -> tuple[Array, 
 
 def compare(moved: Motion, expected: tuple[Array, Array], noise: Array) -> dict[str, Any]:
     """Return RMS and largest difference of a motion in MuJoCo and in the FMU."""
-    gap = moved.positions - expected[0]
-    rms = np.sqrt(np.mean(gap**2, axis=0))
+    error = moved.positions - expected[0]
+    rms = np.sqrt(np.mean(error**2, axis=0))
     return {
         "rms_rad": rms.tolist(),
         "rms_over_noise": (rms / noise).tolist(),
-        "largest_rad": float(np.abs(gap).max()),
+        "largest_rad": float(np.abs(error).max()),
         "largest_handle_m": float(np.abs(moved.handle - expected[1]).max()),
         "slip_rad": moved.slip,
     }

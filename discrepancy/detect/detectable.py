@@ -83,7 +83,9 @@ def noncentrality(dof: int, tests: float) -> float:
     return float(brentq(excess_power, 1e-3, 10.0 * threshold + 100.0))
 
 
-def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[str, Effect]) -> tuple[Detectable, ...]:
+def smallest(
+    points: Sequence[Point], G: Array, tests: float, catalogue: Mapping[str, Effect]
+) -> tuple[Detectable, ...]:
     """Return the smallest detectable size of every catalogue effect, to first order, its other amplitudes being zero.
 
     Parameters
@@ -94,7 +96,7 @@ def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[s
         Gram matrix of the projected, whitened signatures, shape (n_columns, n_columns).
     tests
         Number of independent tests of the catalogue.
-    entries
+    catalogue
         Catalogue effects by key, in SI units.
 
     Returns
@@ -104,7 +106,7 @@ def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[s
     """
     found: dict[str, Detectable] = {}
     for point in points:
-        first = entries[point.key].parameters[0]
+        first = catalogue[point.key].parameters[0]
         # The first column is that of the first amplitude, the size that is reported.
         column = point.columns.start
         power = noncentrality(len(point.values), tests)

@@ -138,7 +138,7 @@ def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float
 
 
 def scan(
-    study: Study, solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, tests: float | None = None
+    study: Study, solution: Solution, found: Signatures, catalogue: Mapping[str, Effect], *, tests: float | None = None
 ) -> Scan:
     """Score every catalogue effect at every shape, and keep the best shape of each.
 
@@ -150,7 +150,7 @@ def scan(
         Fitted model.
     found
         Signatures of the catalogue.
-    entries
+    catalogue
         Catalogue effects by key, in SI units.
     tests
         Number of independent tests. Where None, it is found by draws, and p-values by random signs are computed too.
@@ -167,7 +167,7 @@ def scan(
     flipped = by_sign_flips(r, D, G, visible, study.fitted) if tests is None else {}
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
-        T, amplitude = _statistics(G, c, point, entries[point.key])
+        T, amplitude = _statistics(G, c, point, catalogue[point.key])
         p = log_tail(T, len(point.values), solution.noise.arma.freedom)
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
     scores = [
@@ -175,7 +175,7 @@ def scan(
     ]
     # Where p underflows for several effects, T still orders them.
     ordered = tuple(sorted(scores, key=lambda s: (s.log_p, -s.T)))
-    return Scan(scores=ordered, tests=count, detectable=smallest(visible, G, count, entries))
+    return Scan(scores=ordered, tests=count, detectable=smallest(visible, G, count, catalogue))
 
 
 def _score(

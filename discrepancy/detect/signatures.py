@@ -182,7 +182,7 @@ def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float])
 def signatures(
     study: Study,
     solution: Solution,
-    entries: Sequence[Effect],
+    effects: Sequence[Effect],
     count: Callable[[int], None] = lambda _: None,
     *,
     gain: float = 0.0,
@@ -196,7 +196,7 @@ def signatures(
         Study with the fitted runs.
     solution
         Fitted model, about which the readings change.
-    entries
+    effects
         Effects in SI units, none of them random.
     count
         Told how many effects are simulated.
@@ -211,10 +211,10 @@ def signatures(
         Signatures without the shapes whose simulation diverged.
     """
     taken = map_threads(
-        lambda e: effect_columns(study, solution, e, gain=gain, share=share), entries, threads=2, count=count
+        lambda e: effect_columns(study, solution, e, gain=gain, share=share), effects, threads=2, count=count
     )
     points, blocks, column = [], [], 0
-    for effect, (grid, raw) in zip(entries, taken, strict=True):
+    for effect, (grid, raw) in zip(effects, taken, strict=True):
         at = 0
         for point in grid:
             block = raw[:, at : at + len(point)]

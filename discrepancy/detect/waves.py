@@ -32,12 +32,12 @@ WAVE_NUMBERS = ("1/rad", "1/m")
 """
 
 
-def with_waves(entries: Mapping[str, Effect], residual: Callable[[], tuple[Array, Array]]) -> dict[str, Effect]:
+def with_waves(catalogue: Mapping[str, Effect], residual: Callable[[], tuple[Array, Array]]) -> dict[str, Effect]:
     """Offer the waves that stand out of a residual torque to the effects that have a wave number.
 
     Parameters
     ----------
-    entries
+    catalogue
         Catalogue effects by key, in SI units.
     residual
         Returns positions [rad] or [m], shape (n,), and signals there, shape (n, n_signals). Asked only where an effect
@@ -48,16 +48,16 @@ def with_waves(entries: Mapping[str, Effect], residual: Callable[[], tuple[Array
     dict
         The effects; those with a wave number have the new ones in their grid and below its upper bound.
     """
-    waves = {key: id for key, effect in entries.items() if (id := _wave_of(effect))}
+    waves = {key: id for key, effect in catalogue.items() if (id := _wave_of(effect))}
     if not waves:
-        return dict(entries)
-    ends = {key: grid[-1] for key in waves for id, grid in entries[key].shapes if id == waves[key]}
+        return dict(catalogue)
+    ends = {key: grid[-1] for key in waves for id, grid in catalogue[key].shapes if id == waves[key]}
     found = find_waves(*residual(), beyond=min(ends.values()))
     # The grid of an encoder's lines ends where that of a motor's poles has long left waves out.
     own = {
         key: tuple(n for n in found if n > end)[: THRESHOLDS.torque.most_waves_beyond_grid] for key, end in ends.items()
     }
-    return {key: _extend(e, waves[key], own[key]) if own.get(key) else e for key, e in entries.items()}
+    return {key: _extend(e, waves[key], own[key]) if own.get(key) else e for key, e in catalogue.items()}
 
 
 def find_waves(q: Array, signals: Array, *, beyond: float) -> tuple[float, ...]:

@@ -30,16 +30,16 @@ class Gap:
     @property
     def closed(self) -> float | None:
         """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
-        gap = self.before - self.noise
+        excess = self.before - self.noise
         # A share of an excess within a few per cent of the noise would be a quotient of estimation errors.
-        return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
+        return None if excess < 0.05 * self.noise else (self.before - self.after) / excess
 
     @property
     def closed_beside_scatter(self) -> float | None:
         """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter.
 
         Where the scatter takes more than the noise, whitened residuals fall well below 1 and their share above all of
-        the gap: then `closed` counts as well.
+        the excess: then `closed` counts as well.
         """
         if self.beside is None:
             return self.closed

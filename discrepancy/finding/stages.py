@@ -63,7 +63,7 @@ class Staged:
     scan: Scan | None = None
 
     @property
-    def gap(self) -> bool:
+    def discrepant(self) -> bool:
         """Whether the omnibus test finds more than noise in the residual."""
         return bool(self.left.p <= THRESHOLDS.candidate.lack_p_value)
 
@@ -84,7 +84,7 @@ class Staged:
         scores = [{"id": s.key, "score": s.T, "dof": s.dof, "p": s.family_p, "p_sign_flips": s.flipped_p} for s in each]
         return {
             "schema": "discrepancy_stage/1", "stage": self.stage, "joints": list(self.study.fitted[0].free_joints),
-            "measured": measured, "sentence": self.sentence, "gap": self.gap, "omnibus_p": self.left.p,
+            "measured": measured, "sentence": self.sentence, "gap": self.discrepant, "omnibus_p": self.left.p,
             "tests": dict(self.left.parts),
             "amplitude_scatter": max((one.size for one in self.plain.noise.scatters), default=0.0),
             "white_noise": bool(self.plain.noise.arma.white),
@@ -102,7 +102,7 @@ class Staged:
             ]
             none = "No effect of the catalogue looks like what is left."
             return f"Looks like what is left, before any refit: {', '.join(found)}." if found else none
-        if self.maps and self.gap:
+        if self.maps and self.discrepant:
             return " ".join((self._amount, *describe_regions(self.regions, self.study.fitted[0].prismatic)))
         return f"{self._amount} {self._kind}".rstrip()
 
@@ -111,12 +111,12 @@ class Staged:
         left = np.concatenate([(c.run.y[:, 0] - c.before)[c.run.scored] / c.run.sensor_std[0] for c in self.curves])
         over = plain(rms(left), 3)
         missed = f"the nominal model misses these runs by {over} times the sensor's noise"
-        return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.gap else f"No gap is seen: {missed}."
+        return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.discrepant else f"No gap is seen: {missed}."
 
     @property
     def _kind(self) -> str:
         noise = self.plain.noise
-        if self.gap:
+        if self.discrepant:
             repeats = (
                 min(self.left.parts["repeating"], self.left.parts["drifting"]) <= THRESHOLDS.candidate.lack_p_value
             )

@@ -114,15 +114,15 @@ class TorqueFinding:
         that are all doubted are no finding, nor are those with which the recorded controller no longer holds the
         simulation near the motion.
         """
-        told_apart = "ambiguous" if self.search.rivals else "named"
+        verdict = "ambiguous" if self.search.rivals else "named"
         if self.doubted:
-            told_apart = "partly_named"
+            verdict = "partly_named"
         gap, names = self.gaps["validate"], self.search.final.effects
         if self.all_doubted:
             return "unlisted"
         aim = max(gap.noise, self.floor or 0.0)
         if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim and not self.worsens_position:
-            return told_apart if names else "nothing_missing"
+            return verdict if names else "nothing_missing"
         if not names or self.worsens_position:
             return "unlisted"
         closed, possible = self.shares
@@ -132,7 +132,7 @@ class TorqueFinding:
             THRESHOLDS.torque.least_share_of_black_box * possible,
             THRESHOLDS.torque.least_share_of_repeated * self.repeated_share,
         )
-        return told_apart if closed >= enough else "partly_named"
+        return verdict if closed >= enough else "partly_named"
 
     @property
     def all_doubted(self) -> bool:
@@ -171,7 +171,7 @@ class TorqueFinding:
         if self.verdict == "nothing_missing":
             return "Nothing is missing: what is left of the torque does not repeat."
         if self.verdict in ("named", "ambiguous"):
-            return f"Missing in the model: {names}.{self._told_of_soundness}{self._told_of_rivals} {self._measured}"
+            return f"Missing in the model: {names}.{self._soundness_sentences}{self._rivals_sentence} {self._measured}"
         if self.verdict == "unlisted":
             like = (
                 f" It is like {names}, but with it the position strays further from the measured one." if names else ""
@@ -179,14 +179,14 @@ class TorqueFinding:
             if self.all_doubted and not self.worsens_position:
                 like = f" It is like {_write_names(effects)}, which the runs do not hold."
             lead = f"Something is missing that no effect of the catalogue explains.{like}"
-            return f"{lead}{self._told_of_soundness} {self._measured}"
+            return f"{lead}{self._soundness_sentences} {self._measured}"
         doubted = _write_names([e for e in effects if e.key in self.doubted])
         unsure = f" Not certain: {doubted}." if doubted else ""
-        unsure += self._told_of_soundness
-        return f"Missing in the model: {names}; they explain a part.{unsure}{self._told_of_rivals} {self._measured}"
+        unsure += self._soundness_sentences
+        return f"Missing in the model: {names}; they explain a part.{unsure}{self._rivals_sentence} {self._measured}"
 
     @property
-    def _told_of_soundness(self) -> str:
+    def _soundness_sentences(self) -> str:
         """Sentences on what inertia and free simulation doubt; empty where that is nothing."""
         if self.soundness is None or not (self.soundness.doubted or self.soundness.is_outdone):
             return ""
@@ -194,7 +194,7 @@ class TorqueFinding:
         return told if self.verdict == "unlisted" else f"{told} So no FMU has these effects."
 
     @property
-    def _told_of_rivals(self) -> str:
+    def _rivals_sentence(self) -> str:
         """Sentence on what could as well stand in the place of a named effect; empty where there is nothing."""
         places: dict[str, list[str]] = {}
         for rival in self.search.rivals:
@@ -222,10 +222,10 @@ class TorqueFinding:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:
             told.append(f"{plain(self.floor, 3)} {unit} do not repeat")
-        return "; ".join(told) + "." + self._told_of_delay + self._told_of_loop
+        return "; ".join(told) + "." + self._delay_sentence + self._loop_sentence
 
     @property
-    def _told_of_delay(self) -> str:
+    def _delay_sentence(self) -> str:
         """Sentence on the delay that the torque has behind it; empty without one."""
         delay = self.search.study.delay
         if not delay:
@@ -234,7 +234,7 @@ class TorqueFinding:
         return f" The torque acts {with_prefix(abs(delay), 's', 2)} {late} it is recorded, which no name stands for."
 
     @property
-    def _told_of_loop(self) -> str:
+    def _loop_sentence(self) -> str:
         """Sentence on the position through the recorded controller; empty without one or without unseen runs."""
         before, after = self.nominal_loop, self.final_loop
         if before is None or after is None or "validate" not in after.mean_absolute:

@@ -47,7 +47,7 @@ from haptid.support.processes.threads import on_one_thread
 @on_one_thread
 def find_torque(  # noqa: PLR0913 # one argument an option
     study: TorqueStudy,
-    entries: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect],
     out: Path,
     *,
     kind: Kind,
@@ -63,7 +63,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     ----------
     study
         Study of the joint.
-    entries
+    catalogue
         Catalogue effects by key, in multiples of the joint's scales.
     out
         Folder below which FMUs are written.
@@ -94,7 +94,7 @@ def find_torque(  # noqa: PLR0913 # one argument an option
         Where the reference run of the rebuilt FMU gives no finite numbers.
     """
     began = time.perf_counter()
-    known = readable(entries, study.base, prismatic=study.prismatic)
+    known = readable(catalogue, study.base, prismatic=study.prismatic)
     # Where no position is passed again in the same direction, an effect over time cannot be told from one over
     # position.
     if not study.repeats:

@@ -49,7 +49,7 @@ def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) ->
         Noise model with at most one scatter of each joint.
     """
     arma = _arma(study, solution.raw.rows)
-    if SCATTER not in study.entries:
+    if SCATTER not in study.catalogue:
         return Noise(arma=arma)
     found = _scattering(study, solution, paths)
     if not found:

@@ -171,7 +171,7 @@ def with_stiffer_presliding(study: Study, base: NominalFit) -> tuple[Study, Nomi
     """Widen the range of the stiffness in presliding as long as the nominal model ends on it and leaves less beyond.
 
     That range is a guess from the travel where neither user nor device states it. A joint whose friction turns within
-    less would show a gap that is none of the joint's.
+    less would show a discrepancy that is none of the joint's.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ class Job:
     ----------
     campaign
         Campaign that is ready for fits.
-    entries
+    catalogue
         Effects that are searched for, by key.
     out
         Folder of the results, perhaps with those of an identification.
@@ -40,7 +40,7 @@ class Job:
     """
 
     campaign: Campaign
-    entries: Mapping[str, Effect]
+    catalogue: Mapping[str, Effect]
     out: Path
     kind: Kind = "python"
     seed: int = 0
@@ -49,7 +49,7 @@ class Job:
     threads: int = 1
 
 
-def entries_without(left_out: Collection[str], folder: Path | None = None) -> dict[str, Effect]:
+def catalogue_without(left_out: Collection[str], folder: Path | None = None) -> dict[str, Effect]:
     """Return the catalogue, and the user's own effects, without some.
 
     Parameters

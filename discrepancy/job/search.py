@@ -128,7 +128,7 @@ class SearchByTorque:
         carried = read_carried_fit(campaign, free, base, job.out, springless=True)
         study = torque_study_of(campaign, self.joint, carried, threads=job.threads)
         return find_torque(
-            study, job.entries, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell,
+            study, job.catalogue, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell,
             origin=origin_of(campaign, free), known_free_rms=read_free_rms(campaign, free, job.out),
         )  # fmt: skip
 
@@ -205,7 +205,7 @@ def prepare_alone(job: Job, joint: int) -> SearchByPosition | SearchByTorque:
     """
     if is_searched_by_torque(job.campaign, joint, job.out):
         return SearchByTorque(job=job, joint=joint)
-    return _in_position(job, study_of(job.campaign, joint, job.entries, threads=job.threads))
+    return _in_position(job, study_of(job.campaign, joint, job.catalogue, threads=job.threads))
 
 
 def prepare_together(job: Job, joints: Sequence[int]) -> SearchByPosition | WholeCheck:
@@ -232,7 +232,7 @@ def prepare_together(job: Job, joints: Sequence[int]) -> SearchByPosition | Whol
     if not job.campaign.runs_of(free, "fit"):
         return prepare_whole(job, free)
     known = by_joint(findings_below(job, free))
-    search = _in_position(job, coupled_study_of(job.campaign, free, job.entries, known, threads=job.threads))
+    search = _in_position(job, coupled_study_of(job.campaign, free, job.catalogue, known, threads=job.threads))
     return replace(search, left_out=tell_other_laws(job, free))
 
 
@@ -325,7 +325,7 @@ def findings_below(job: Job, joints: Sequence[int]) -> list[JointFinding]:
         another friction law was named: the model of the device has to be identified with that law first.
     """
     return [
-        finding_of(data, str(path), dict(job.entries))
+        finding_of(data, str(path), dict(job.catalogue))
         for path, data in _named_below(job, joints).values()
         if law_of(data) is None
     ]

@@ -68,5 +68,5 @@ def _start_contender(effects: Sequence[Effect], noise: Noise, study: Study, plac
 def _iterate_contenders(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:
     """Yield effects with those of their contenders that no other catalogue effect has."""
     for effect in effects:
-        theirs = {c.id for e in s.entries.values() if e.id != effect.id for c in e.contenders}
+        theirs = {c.id for e in s.catalogue.values() if e.id != effect.id for c in e.contenders}
         yield from ((effect, contender) for contender in effect.contenders if contender.id not in theirs)

@@ -88,22 +88,22 @@ def score_catalogue(study: Study, plain: Solution, tell: Progress) -> tuple[dict
 
     Returns
     -------
-    entries, found, scan
+    catalogue, found, scan
         Catalogue effects in SI units by key, their signatures at the nominal model, and their scores. The grids of
         waves over position hold those that stand out of the torque along the measured motion.
     """
-    entries = study.in_si(plain.values)
+    catalogue = study.in_si(plain.values)
     if study.alone:  # of several joints the torque of each holds the others' motion
-        entries = with_waves(entries, lambda: residual_over_position(study.fitted))
-    effects = list(entries.values())
+        catalogue = with_waves(catalogue, lambda: residual_over_position(study.fitted))
+    effects = list(catalogue.values())
 
     def count(done: int) -> None:
         tell("signatures of the catalogue", done, len(effects))
 
     found = signatures(study, plain, effects, count)
     tell("scores of the catalogue", figures=f"{len(found.points)} signatures")
-    first = scan(study, plain, found, entries)
-    return entries, found, first
+    first = scan(study, plain, found, catalogue)
+    return catalogue, found, first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,8 +154,8 @@ def begin_search(
     Begun
     """
     white, plain = fits or under_own_noise(study, base)
-    entries, found, first = score_catalogue(study, plain, tell)
-    s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
+    catalogue, found, first = score_catalogue(study, plain, tell)
+    s = Searcher(study, catalogue, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
     tell("tests of the nominal model")
     nominal = score_candidate(study, plain, plain.calls)
     s.nominal_excess = nominal.prediction.excess

@@ -1,7 +1,7 @@
 """Widen the range of the stiffness in presliding beside the best model: best `Trial` in, the same in a wider range out.
 
 That range is a guess from the travel where neither user nor device states it. The nominal model may end within it, and
-the model with the missing effects upon its end: what it then leaves is a gap that is none of the joint's.
+the model with the missing effects upon its end: what it then leaves is a discrepancy that is none of the joint's.
 """
 
 from __future__ import annotations

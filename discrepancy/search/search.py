@@ -126,9 +126,9 @@ def _search_under_observer(begun: Begun, tell: Progress) -> Search:
 
 
 def _law_alone(other: OtherLaw, plain: Solution, begun: Begun) -> Search | None:
-    """End with a friction law that closes most of the gap, beside which no effect takes a share of what it leaves.
+    """End with a friction law that removes most of the discrepancy, beside which no effect removes a share of the rest.
 
-    None where the law leaves noise alone, so that the catalogue has to be scored beside it, or too much of the gap.
+    None where the law leaves noise alone, so that the catalogue has to be scored beside it, or leaves too much.
     """
     start = first_tests(other.study, score_candidate(other.study, plain, plain.calls))
     if start.passes or not closes_most(other.study, start, begun.start):

@@ -123,8 +123,8 @@ class Search:
 
     def _is_close(self, other: Trial, price: float = 0.0) -> bool:
         """Say whether the criterion of a trial is as low as the best one's, but for the price of its parameters."""
-        gap = other.candidate.criterion - self.best.candidate.criterion
-        return gap < THRESHOLDS.candidate.rival_criterion_gap + price
+        behind = other.candidate.criterion - self.best.candidate.criterion
+        return behind < THRESHOLDS.candidate.rival_criterion_gap + price
 
     def _price(self, other: Trial) -> float:
         """Return k·ln n for the k further parameters of a trial in which a rival replaces one effect; else 0."""

@@ -132,7 +132,7 @@ class CoupledStudy(Study):
         for i, j in enumerate(self.joints):
             scales = self.scales(i, theta)
             known = {e.id for e in self.known.get(j, ())}
-            for effect in self.entries.values():
+            for effect in self.catalogue.values():
                 if effect.id not in known and not effect.random and effect.friction_slots <= self.law(i).slots:
                     one = place_in_joint(effect.at(scales), j)
                     found[one.key] = one
@@ -211,7 +211,7 @@ class CoupledStudy(Study):
 def coupled_study_of(
     campaign: Campaign,
     joints: Sequence[int],
-    entries: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect],
     known: Mapping[int, Sequence[Effect]],
     *,
     threads: int = 1,
@@ -227,7 +227,7 @@ def coupled_study_of(
         Campaign of a device.
     joints
         Numbers of the free joints.
-    entries
+    catalogue
         Catalogue effects by key, in multiples of the joints' scales.
     known
         Effects by joint, in SI units, that the tests of each joint alone have named.
@@ -270,8 +270,8 @@ def coupled_study_of(
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
         unseen=unseen, sealed=sealed, base=base, known=known,
-        entries={
-            key: e for key, e in entries.items() if e.random or not (of_the_test_alone(e) or e.torque_only)
+        catalogue={
+            key: e for key, e in catalogue.items() if e.random or not (of_the_test_alone(e) or e.torque_only)
         },
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip

@@ -45,7 +45,7 @@ class Study:
         Runs that are fitted, and held-out runs, which choose among candidates.
     base
         Equations of the nominal model without effects; their parameters have first guesses, bounds and priors.
-    entries
+    catalogue
         Catalogue effects by key, in multiples of the joint's scales.
     prismatic
         Whether the joint is prismatic.
@@ -73,7 +73,7 @@ class Study:
     fitted: tuple[Run, ...]
     unseen: tuple[Run, ...]
     base: Equations
-    entries: Mapping[str, Effect]
+    catalogue: Mapping[str, Effect]
     prismatic: bool = False
     noise_given: bool = False
     factory: Factory = field(default_factory=Factory)
@@ -144,7 +144,7 @@ class Study:
             Effects in SI units by key, without the random ones, which belong to the noise model.
         """
         scales = scales_over(self.fitted, theta, law_named(self.base.friction[0]).roles)
-        return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
+        return {key: e.at(scales) for key, e in self.catalogue.items() if not e.random}
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
         """Return an effect under the names that it has in the joint at index ``column``: here unchanged.
@@ -198,7 +198,7 @@ class Study:
         return self.factory(self.equations(effects), many=True, tangent=few)
 
 
-def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, threads: int = 1) -> Study:
+def study_of(campaign: Campaign, joint: int, effects: Mapping[str, Effect], *, threads: int = 1) -> Study:
     """Build the study of one joint of a campaign.
 
     Parameters
@@ -207,7 +207,7 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         Campaign whose runs free this joint alone.
     joint
         Number of the joint.
-    entries
+    effects
         Catalogue effects by key, in multiples of the joint's scales.
     threads
         Number of threads that simulate runs side by side.
@@ -238,11 +238,11 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
     unseen, sealed = seal(campaign.runs_of((joint,), "validate"))
-    entries = usable(entries, law)
+    effects = usable(effects, law)
     stated = stated_parameters(campaign, (joint,))
     own = tuple(q.id for q in base.parameters if q.id not in stated) if device_of(campaign) is None else ()
     return Study(
-        joint=joint, fitted=fitted, unseen=unseen, sealed=sealed, base=base, entries=entries, prismatic=slides,
+        joint=joint, fitted=fitted, unseen=unseen, sealed=sealed, base=base, catalogue=effects, prismatic=slides,
         noise_given=campaign.noise_given, threads=threads, own=own,
     )  # fmt: skip
 
@@ -293,12 +293,12 @@ def begun_at(study: Study, carried: Fit | None) -> Study:
     return replace(study, carried=fit, base=study.base.with_parameters(ranges))
 
 
-def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:
+def usable(effects: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:
     """Keep the effects that a position can show and whose slots the friction law offers.
 
     Parameters
     ----------
-    entries
+    effects
         Catalogue effects by key.
     law
         Friction law of the joint.
@@ -314,10 +314,10 @@ def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]
         If an effect of the user's own asks for a slot that the law lacks. Dropping it silently would hide that the
         search never looks for it.
     """
-    for key, effect in entries.items():
+    for key, effect in effects.items():
         if key not in catalogue():
             check_slots(effect, law)
-    return {key: e for key, e in entries.items() if e.friction_slots <= law.slots and not e.torque_only}
+    return {key: e for key, e in effects.items() if e.friction_slots <= law.slots and not e.torque_only}
 
 
 def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:

@@ -57,4 +57,4 @@ def under_law(study: Study, law: str, values: Mapping[str, float]) -> Study:
     )
     known = {q.id: {"lower": q.lower, "upper": q.upper} for q in parameters if q.id in own}
     narrowed = within_reach(base, study.fitted).with_parameters(known)
-    return replace(study, base=narrowed, entries=usable(study.entries, other), carried=None)
+    return replace(study, base=narrowed, catalogue=usable(study.catalogue, other), carried=None)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindingThresholds:
-    """When a gap counts as explained, and how much of it is listed."""
+    """When a model discrepancy counts as explained, and how much of it is listed."""
 
     # Amplitudes that scatter.
     largest_share_beside_scatter: float = 1.05
-    """Share of a gap beside the scatter up to which it counts as all of the gap [1]: noise estimates differ by as
+    """Share of a discrepancy beside the scatter up to which it counts as all of it [1]: noise estimates differ by as
     much."""
 
     # Runs in which all joints move.

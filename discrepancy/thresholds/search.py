@@ -133,7 +133,7 @@ class SearchThresholds:
     that one stands out [1]."""
     largest_share_left_by_names: float = 0.06
     """Largest share of the nominal model's mean square beyond the sensor's noise on held-out runs that a model may
-    leave whose names stand though it leaves more than noise [1]: three quarters of the gap are closed."""
+    leave whose names stand though it leaves more than noise [1]: three quarters of the discrepancy are removed."""
     most_turns_of_smooth_curve: int = 5
     """Largest number of turns, from bending one way to bending the other, of a torque over position that is a smooth
     curve over the travel [1]: a cubic has one, a wave two a period. With fewer than three periods none is shown."""

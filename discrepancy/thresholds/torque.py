@@ -79,7 +79,7 @@ class TorqueThresholds:
     largest_rms_of_free_simulation: float = 2.0
     """Position's RMS error in free simulation of unseen runs with named effects over that without, above which they are
     doubted [1]. Small errors of the torque grow on the way: with the direction-dependent viscous friction of a linear
-    axis, which closes a third of its torque's gap, the drift is 1.4 times that without.
+    axis, which removes a third of its torque's discrepancy, the drift is 1.4 times that without.
     """
     largest_change_of_inertia: float = 2.0
     """Inertia with an effect over that of the nominal model, or its inverse, above which the effect is doubted, and a

@@ -156,7 +156,7 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
     """Fit the nominal model, with presliding as stiff as the torque asks for.
 
     The largest stiffness in presliding is a guess from the travel. A joint whose friction turns within less than that
-    would show, at every reversal, a gap that is none of the joint's.
+    would show, at every reversal, a discrepancy that is none of the joint's.
 
     Parameters
     ----------

@@ -90,12 +90,12 @@ def with_measured_load(equations: Equations) -> Equations:
     )
 
 
-def readable(entries: Mapping[str, Effect], base: Equations, *, prismatic: bool) -> dict[str, Effect]:
+def readable(catalogue: Mapping[str, Effect], base: Equations, *, prismatic: bool) -> dict[str, Effect]:
     """Return the catalogue effects whose equations can be read from motion to torque.
 
     Parameters
     ----------
-    entries
+    catalogue
         Catalogue effects by key.
     base
         Equations of the nominal model.
@@ -109,7 +109,7 @@ def readable(entries: Mapping[str, Effect], base: Equations, *, prismatic: bool)
     """
     joint, law = base.joints[0], law_named(base.friction[0])
     kept = {}
-    for key, effect in entries.items():
+    for key, effect in catalogue.items():
         if delays_torque(effect):
             kept[key] = effect
             continue

@@ -14,14 +14,14 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
 
-def with_ripple(model: TorqueFit, entries: Mapping[str, Effect]) -> dict[str, Effect]:
+def with_ripple(model: TorqueFit, catalogue: Mapping[str, Effect]) -> dict[str, Effect]:
     """Offer the waves that stand out of a residual torque to the effects that have a wave number.
 
     Parameters
     ----------
     model
         Fit whose residual is looked at.
-    entries
+    catalogue
         Catalogue effects by key, in SI units.
 
     Returns
@@ -29,7 +29,7 @@ def with_ripple(model: TorqueFit, entries: Mapping[str, Effect]) -> dict[str, Ef
     dict
         The effects; those with a wave number have the new ones in their grid and below its upper bound.
     """
-    return with_waves(entries, partial(_over_position, model))
+    return with_waves(catalogue, partial(_over_position, model))
 
 
 def _over_position(model: TorqueFit) -> tuple[Array, Array]:

@@ -46,7 +46,7 @@ class Promise:
 def promises(
     study: TorqueStudy,
     current: TorqueFit,
-    entries: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect],
     count: Callable[[int], None] = lambda _: None,
 ) -> list[Promise]:
     """Return every effect with its best shape.
@@ -57,7 +57,7 @@ def promises(
         Study with its fitted rows.
     current
         Fitted model.
-    entries
+    catalogue
         Catalogue effects by key, in SI units.
     count
         Told how many effects are scanned.
@@ -69,7 +69,9 @@ def promises(
     """
     Q, r = orthonormal_basis(current.jacobian), current.fitted
     r = r - Q @ (Q.T @ r)
-    found = map_threads(lambda e: _best(study, current, e, Q, r), entries.values(), threads=study.threads, count=count)
+    found = map_threads(
+        lambda e: _best(study, current, e, Q, r), catalogue.values(), threads=study.threads, count=count
+    )
     return sorted((p for p in found if p is not None), key=lambda p: -p.share)
 
 

@@ -90,7 +90,7 @@ class TorqueSearch:
 
 
 def search_torque(
-    study: TorqueStudy, entries: Mapping[str, Effect], *, starts: int, seed: int, tell: Progress
+    study: TorqueStudy, catalogue: Mapping[str, Effect], *, starts: int, seed: int, tell: Progress
 ) -> TorqueSearch:
     """Add catalogue effects one by one while they gain.
 
@@ -98,7 +98,7 @@ def search_torque(
     ----------
     study
         Study of the joint.
-    entries
+    catalogue
         Catalogue effects by key, in multiples of the joint's scales.
     starts
         Number of starts of the nominal fit.
@@ -121,7 +121,7 @@ def search_torque(
     base = fit_nominal(study, starts=starts, seed=seed)
     study = base.study
     scales = study.scales(base.values)
-    known = {key: effect.at(scales) for key, effect in entries.items()}
+    known = {key: effect.at(scales) for key, effect in catalogue.items()}
     current, steps = base, []
     for _ in range(THRESHOLDS.torque.most_effects):
         step = _step(study, base, current, known, tell)
@@ -183,10 +183,10 @@ def eliminate(
 
 
 def _step(
-    study: TorqueStudy, base: TorqueFit, current: TorqueFit, entries: Mapping[str, Effect], tell: Progress
+    study: TorqueStudy, base: TorqueFit, current: TorqueFit, catalogue: Mapping[str, Effect], tell: Progress
 ) -> TorqueStep:
     ids, keys = {e.id for e in current.effects}, {e.key for e in current.effects}
-    free = {key: e for key, e in entries.items() if e.again == (e.id in ids) and key not in keys}
+    free = {key: e for key, e in catalogue.items() if e.again == (e.id in ids) and key not in keys}
     every = with_ripple(current, free)
     found = promises(study, current, every, lambda done: tell("scan of the catalogue", done, len(every)))
     best = _choose_refits(found)

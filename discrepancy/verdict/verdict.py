@@ -212,7 +212,7 @@ def verdict_of(found: Search) -> Verdict:
     Notes
     -----
     1. A best model that is not adequate is unlisted: something real is missing that no catalogue effect explains. Where
-       its effects close most of the gap and no other effect comes near them, it is partly named.
+       its effects remove most of the model discrepancy and no other effect comes near them, it is partly named.
     2. An adequate model without effects means that nothing is missing, or only the friction law that it has.
     3. Several names are unlisted where one of them has little evidence, or where two are powers of one variable: they
        are terms of a series that follows any smooth curve.
@@ -332,7 +332,7 @@ def _friction(law: FrictionLaw, solution: Solution, std: Mapping[str, float], fo
 
 def _random(scatter: Scatter, solution: Solution, found: Search) -> NamedEffect:
     """Name a scatter; its error is that of a standard deviation."""
-    effect = found.study.in_joint(found.study.entries[SCATTER], scatter.column)
+    effect = found.study.in_joint(found.study.catalogue[SCATTER], scatter.column)
     problem = solution.problem
     freedom = degrees_of_freedom(problem.runs, problem.whiteners, solution.noise.scatters, scatter)
     estimate = Estimate.of_deviation(scatter.size, freedom, "1")
@@ -347,8 +347,8 @@ def _estimate(
 ) -> Estimate:
     """Return the estimate of one parameter.
 
-    The place of a discontinuity is known no better than its rounding, and than the gap between the torques that were
-    sent around it: anywhere in the gap it changes nothing (uniform distribution, gap/√12).
+    The place of a discontinuity is known no better than its rounding, and than the interval between the torques that
+    were sent around it: anywhere in it nothing changes (uniform distribution, interval/√12).
     """
     value = values[quantity.id]
     if effect.threshold and quantity is effect.parameters[0]:
@@ -437,7 +437,7 @@ def _tell_standing_rivals(found: Search) -> str:
 
 def _with_title(id: str, trial: Trial, found: Search) -> str:
     """Return the id of one of a trial's effects; an unlisted effect with its title."""
-    listed = {e.id for e in found.study.entries.values()}
+    listed = {e.id for e in found.study.catalogue.values()}
     return next((f"{id} ({e.title}, no entry)" for e in trial.solution.effects if e.id == id and id not in listed), id)
 
 
@@ -449,7 +449,7 @@ def _nearest(found: Search, names: str) -> str:
     if len(powers) > 1:
         return f" It bends with position: {' and '.join(powers)} follow it as powers follow any curve."
     if (other := found.beaten_by) is not None:
-        titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.entries)
+        titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.catalogue)
         return f" It is of the kind of {names}, but not that: {titles} would follow it better."
     if found.best.varies:
         most = f" ({found.best.varying} differs most)" if found.best.varying else ""

@@ -51,7 +51,7 @@ def packages_table() -> str:
     names = [name.removeprefix("haptid.") for layer in layers_bottom_up(top) for name in layer]
     names.append("virtual_device")  # beside the layers: a contract of its own keeps it independent
     rows = [(f"`{name}/`", first_sentence(ROOT / name)) for name in names]
-    rows.append(("`haptid/`", f"The one name and the one command over all packages. {first_sentence(COMMANDS)}"))
+    rows.append(("`haptid/`", f"{first_sentence(ROOT / 'haptid')} {first_sentence(COMMANDS)}"))
     return table(("package", "in and out"), rows)
 
 

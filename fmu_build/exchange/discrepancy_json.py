@@ -57,14 +57,14 @@ class Finding:
     synthetic: bool = False
 
 
-def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
+def read_finding(path: Path, catalogue: dict[str, Effect]) -> Finding:
     """Read the finding that a ``discrepancy/joint<j>.json`` holds.
 
     Parameters
     ----------
     path
         File that a search wrote.
-    entries
+    catalogue
         Catalogue effects by key.
 
     Returns
@@ -78,7 +78,7 @@ def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
         For a file that does not follow the schema, a verdict outside `VERDICTS`, an effect that occurs twice or that
         the catalogue lacks, and impossible values.
     """
-    return finding_of(read_discrepancy(path), str(path), entries)
+    return finding_of(read_discrepancy(path), str(path), catalogue)
 
 
 def read_discrepancy(path: Path) -> dict[str, Any]:
@@ -118,7 +118,7 @@ def law_of(data: Mapping[str, Any]) -> str | None:
     return next((str(e["variant"]) for e in data["effects"] if e["id"] == MISSING), None)
 
 
-def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
+def finding_of(data: Mapping[str, Any], where: str, catalogue: dict[str, Effect]) -> Finding:
     """Take the finding from the content of a ``discrepancy/joint<j>.json``.
 
     Parameters
@@ -127,7 +127,7 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
         Content, as `read_discrepancy` returns it.
     where
         Name of the file, for errors.
-    entries
+    catalogue
         Catalogue effects by key.
 
     Returns
@@ -150,7 +150,7 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
         todo = f'write friction = "{law}" into [joint.{joint}] of campaign.toml, and identify again'
         raise InputError(at, expected="effects beside the friction law that was asked for", got=law, todo=todo)
     keys = [":".join(filter(None, (e["id"], e.get("variant")))) for e in data["effects"]]
-    found = _find_effects(keys, where, entries)
+    found = _find_effects(keys, where, catalogue)
     taken = tuple(e for e in found if not of_the_test_alone(e))
     refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
     check_refit(refit, found, f"{where}: refit")
@@ -175,15 +175,15 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     )
 
 
-def _find_effects(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple[Effect, ...]:
-    known = {name for key, e in entries.items() for name in (key, e.id)}
+def _find_effects(keys: Sequence[str], where: str, catalogue: dict[str, Effect]) -> tuple[Effect, ...]:
+    known = {name for key, e in catalogue.items() for name in (key, e.id)}
     for key in keys:
         if key not in known:
             near = get_close_matches(key, known, n=1)
             todo = f"is {near[0]!r} meant?" if near else "--effects names the folder of effects of your own"
             at = f"{where}: effects"
             raise InputError(at, expected="ids of the catalogue", got=repr(key), todo=todo)
-    found = find_effects(keys, entries)
+    found = find_effects(keys, catalogue)
     ids = [e.id for e in found]
     for id in ids:
         if ids.count(id) > 1:

@@ -10,14 +10,14 @@ from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import Figures
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome, tell_status
-from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.told_outcome import (
+from haptid.identification.sequence.outcome_sentence import (
     LINEAR_HOLD,
     delay_of,
     delay_of_held_torque,
     rows_from_linear,
     seems_held_by_mistake,
 )
+from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.parameter_ids import id_suffixes

@@ -21,8 +21,8 @@ from haptid.identification.output.plain_comparison import (
 from haptid.identification.output.priors import tell_device_inertia, tell_priors, tell_unused_priors
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import UNCERTAIN, tell_status
+from haptid.identification.sequence.outcome_sentence import tell_outcome
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.told_outcome import tell_outcome
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain, says_nothing
 from haptid.support.tables import Table, Told

@@ -77,8 +77,8 @@ MODEL_DOES_NOT_FIT = (Outcome.ABOVE_NOISE, Outcome.LONELY)
 """Outcomes in which the data determine values of a model that lacks something: no value is told as certain."""
 TOLD_AS_UNCERTAIN = (*MODEL_DOES_NOT_FIT, Outcome.PLAIN, Outcome.OBSERVED, Outcome.TORQUE_SCORED)
 """Outcomes whose values may have been moved by what the model lacks: besides those that do not fit, the plain model,
-which stands in for a model above the noise, and fits whose free simulation misses the runs: under an observer, and of the
-torque, which is fitted only then."""
+which stands in for a model above the noise, and fits whose free simulation misses the runs: under an observer, and of
+the torque, which is fitted only then."""
 UNCERTAIN = "uncertain"
 """Word that is told for such a value, in place of ``identified``."""
 

@@ -13,8 +13,8 @@ from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome, tell_status
+from haptid.identification.sequence.outcome_sentence import tell_outcome
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.told_outcome import tell_outcome
 from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity

@@ -33,7 +33,7 @@ def catalogue() -> dict[str, Effect]:
     here = Path(__file__).parent
     files = sorted(here.glob("*/*.py"), key=lambda p: p.stem)
     names = (f"{__package__}.{p.parent.name}.{p.stem}" for p in files if not p.stem.startswith("_"))
-    return _index_by_key(effect for name in names for effect in _entries(importlib.import_module(name)))
+    return _index_by_key(effect for name in names for effect in _effects_of(importlib.import_module(name)))
 
 
 def load_folder(path: Path) -> dict[str, Effect]:
@@ -56,7 +56,7 @@ def load_folder(path: Path) -> dict[str, Effect]:
     """
     if not path.is_dir():
         raise InputError(str(path), expected="a folder with one Python file per effect", got="no such folder")
-    found = _index_by_key(effect for file in sorted(path.glob("*.py")) for effect in _entries(_run_file(file)))
+    found = _index_by_key(effect for file in sorted(path.glob("*.py")) for effect in _effects_of(_run_file(file)))
     if not found:
         raise InputError(str(path), expected="a Python file that defines EFFECT", got="none")
     return found
@@ -83,14 +83,14 @@ def with_folder(path: Path | None) -> dict[str, Effect]:
     return {**catalogue(), **(load_folder(path) if path is not None else {})}
 
 
-def find_effects(ids: Iterable[str], entries: dict[str, Effect] | None = None) -> tuple[Effect, ...]:
+def find_effects(ids: Iterable[str], effects: dict[str, Effect] | None = None) -> tuple[Effect, ...]:
     """Return the effects with given keys.
 
     Parameters
     ----------
     ids
         Keys; an id without variant stands for the first of its variants.
-    entries
+    effects
         Effects by key among which to look; the built-in catalogue where None.
 
     Returns
@@ -103,7 +103,7 @@ def find_effects(ids: Iterable[str], entries: dict[str, Effect] | None = None) -
     InputError
         Where a key is unknown; the message lists the known ones.
     """
-    known = catalogue() if entries is None else entries
+    known = catalogue() if effects is None else effects
     found = []
     for name in ids:
         match = [e for key, e in known.items() if name in (key, e.id)]
@@ -128,7 +128,7 @@ def _run_file(file: Path) -> ModuleType:
     return module
 
 
-def _entries(module: ModuleType) -> tuple[Effect, ...]:
+def _effects_of(module: ModuleType) -> tuple[Effect, ...]:
     """EFFECT or EFFECTS of a module; nothing where it is a helper."""
     single = getattr(module, "EFFECT", None)
     return (single,) if single is not None else tuple(getattr(module, "EFFECTS", ()))

@@ -296,9 +296,9 @@ class Equations:
 
     @property
     def formula_digest(self) -> str:
-        """Sixteen hex digits of the SHA-256 of ids and formulas: joints that move alone share it, whatever their number.
+        """Sixteen hex digits of the SHA-256 of ids and formulas, which joints that move alone share.
 
-        Of several joints only their count enters.
+        Of the joints only their count enters.
         """
         return self._digest_of(len(self.joints))
 

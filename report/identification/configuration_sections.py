@@ -21,8 +21,8 @@ from haptid.identification.output.summary import (
 )
 from haptid.identification.output.traces import Trace, traces_of
 from haptid.identification.result.outcome import UNCERTAIN
+from haptid.identification.sequence.outcome_sentence import tell_outcome
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.told_outcome import tell_outcome
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run

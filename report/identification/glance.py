@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from haptid.identification.output.summary import residual_unit, worst_score
+from haptid.identification.sequence.outcome_sentence import LINEAR_HOLD, seems_held_by_mistake
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.told_outcome import LINEAR_HOLD, seems_held_by_mistake
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import in_thousandths

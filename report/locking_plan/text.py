@@ -52,10 +52,10 @@ def tell_plan(plan: Data) -> Told:
         "Stays unidentifiable:",
         *(f"- {', '.join(entry['what'])}: {entry['why']}" for entry in plan["unidentifiable"]),
     ]
-    return [*told, *_told_of_design(plan)]
+    return [*told, *_describe_design(plan)]
 
 
-def _told_of_design(plan: Data) -> Told:
+def _describe_design(plan: Data) -> Told:
     if "postures" not in plan:
         return []
     return [

@@ -42,10 +42,10 @@ def lead(posteriors: Sequence[Posterior]) -> str:
     text += f" At a bound, so that the data give a limit: {', '.join(limits)}." if limits else ""
     doubted = [p.joint for p in posteriors if p.doubts]
     warned = f"Do not use joint {_join(doubted)} yet: the notes of the joint say why. " if doubted else ""
-    return f"{warned}{_told_of_chains(posteriors)}{text}"
+    return f"{warned}{_describe_chains(posteriors)}{text}"
 
 
-def _told_of_chains(posteriors: Sequence[Posterior]) -> str:
+def _describe_chains(posteriors: Sequence[Posterior]) -> str:
     """Say which joints' chains are not sound, what no reader of the intervals may miss first."""
     joints: dict[SamplerState, list[int]] = {}
     for p in posteriors:

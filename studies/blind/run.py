@@ -1,6 +1,6 @@
 """Blind study of the search for missing effects: make cases, work through them, score: ``python -m studies.blind.run``.
 
-Only the scoring opens the labels. It also decides which entry to leave out of the catalogue in the second pass, where
+Only the scoring opens the labels. It also decides which effect to leave out of the catalogue in the second pass, where
 the right answer is that something unlisted is missing, and adds the proposed run to the cases that were ambiguous.
 The study enters the ledger before the search sees its first case, and stays in it however it ends.
 """
@@ -178,7 +178,7 @@ class _Passes:
 
     @property
     def worked_through(self) -> int:
-        """Number of cases, with the whole catalogue or else without their true entry."""
+        """Number of cases, with the whole catalogue or else without the true effect."""
         return len(self.done["found"]) or len(self.done["without"])
 
     def as_json(self) -> dict[str, Any]:
@@ -225,7 +225,7 @@ def shares(passes: Sequence[str]) -> dict[str, float]:
 
 
 def _without(out: Path, jobs: Sequence[Job], labels: Mapping[str, Any]) -> list[Job]:
-    """Return the second pass: single effects well above the threshold, their entry left out of the catalogue, too."""
+    """Return the second pass: single effects well above the threshold, themselves left out of the catalogue."""
     chosen = [j for j in jobs if labels[j.case]["kind"] in ("single", "scatter")]
     return [
         replace(j, out=out / "without" / j.case, without=(*j.without, *with_twins(labels[j.case]["effects"])))
@@ -235,12 +235,12 @@ def _without(out: Path, jobs: Sequence[Job], labels: Mapping[str, Any]) -> list[
 
 
 def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
-    """Return ids of entries, and of those that have the same equations under other names.
+    """Return ids of effects, and of those that have the same equations under other names.
 
     Parameters
     ----------
     ids
-        Ids of catalogue entries.
+        Ids of catalogue effects.
 
     Returns
     -------
@@ -252,9 +252,9 @@ def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
     >>> with_twins(["tendon_slack"])
     ('tendon_slack', 'backlash')
     """
-    entries = catalogue().values()
-    hidden = [e for e in entries if e.id in ids]
-    alike = (other.id for other in entries for e in hidden if match_parameters(e, other) is not None)
+    effects = catalogue().values()
+    hidden = [e for e in effects if e.id in ids]
+    alike = (other.id for other in effects for e in hidden if match_parameters(e, other) is not None)
     return tuple(dict.fromkeys((*ids, *alike)))
 
 

@@ -246,7 +246,7 @@ def summary(cases: Sequence[Outcome], left_out: Sequence[Outcome], again: Sequen
     cases
         Scored cases.
     left_out
-        Cases scored with their true entry left out of the catalogue.
+        Cases scored with their true effect left out of the catalogue.
     again
         Ambiguous cases scored with the proposed run.
 

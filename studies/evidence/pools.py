@@ -57,7 +57,7 @@ class Study:
     stored
         Content of its JSON; None where there is none.
     cases, left_out, settled
-        Outcomes with the whole catalogue, without the true entry, and with the proposed run.
+        Outcomes with the whole catalogue, without the true effect, and with the proposed run.
     """
 
     entry: Entry
@@ -206,7 +206,7 @@ def named_rates(cases: Sequence[Outcome]) -> list[tuple[str, Row]]:
 
 
 def left_out_rates(cases: Sequence[Outcome]) -> list[tuple[str, Row]]:
-    """Return what became of cases whose true entry the catalogue lacked.
+    """Return what became of cases whose true effect the catalogue lacked.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ def import_from(copy: Path) -> None:
     os.chdir(copy)
     sys.path[:] = [str(copy), *(path for path in sys.path if path and Path(path) != ROOT)]
     for name in sorted({mutation.test for mutation in MUTATIONS}):
-        importlib.import_module(f"tests.report.{name.removesuffix('.py')}")
+        importlib.import_module(f"tests.report.{name.removesuffix('.py').replace('/', '.')}")
     for name in [name for name in sys.modules if name.partition(".")[0] == "tests" or name.startswith("haptid.report")]:
         del sys.modules[name]
 

@@ -35,7 +35,7 @@ def of(file: str, test: str, *changes: tuple[str, str, str]) -> tuple[Mutation, 
 
 DISCREPANCY = of(
     "discrepancy/page.py",
-    "test_discrepancy_page.py",
+    "discrepancy/test_discrepancy_page.py",
     (
         "a tenth of the standard deviation",
         "with_error(x.value, x.std), x.unit",
@@ -98,19 +98,19 @@ DISCREPANCY = of(
 )
 UNNAMED_SECTION = of(
     "discrepancy/unnamed_section.py",
-    "test_discrepancy_page.py",
+    "discrepancy/test_discrepancy_page.py",
     ("the torque's error a tenth", "with_error(y, std)) for x, y, std", "with_error(y, std / 10)) for x, y, std"),
     ("the share that is not closed", "{100 * max(shape.closed, 0.0):.1f}", "{100 - 100 * max(shape.closed, 0.0):.1f}"),
 )
 MOTION_PICTURES = of(
     "discrepancy/motion_pictures.py",
-    "test_discrepancy_page.py",
+    "discrepancy/test_discrepancy_page.py",
     ("the picture's curves swapped", "axis.plot(curve.run.t, curve.before,", "axis.plot(curve.run.t, curve.after,"),
     ("a band of 1 σ", "band = [2 * factor * s", "band = [factor * s"),
 )
 TORQUE = of(
     "discrepancy/torque_gap_page.py",
-    "test_gap_pages.py",
+    "discrepancy/test_gap_pages.py",
     ("closes 100 − X", "{100 * share:.0f}", "{100 - 100 * share:.0f}"),
     ("a tenth of the standard deviation", "model.std[quantity.id])", "model.std[quantity.id] / 10)"),
     (
@@ -126,7 +126,7 @@ TORQUE = of(
 )
 TORQUE_ROWS = of(
     "discrepancy/page.py",
-    "test_gap_pages.py",
+    "discrepancy/test_gap_pages.py",
     (
         "before and after of a torque swapped",
         "in (gap.before, gap.after, gap.noise)]",
@@ -135,20 +135,20 @@ TORQUE_ROWS = of(
 )
 WHOLE = of(
     "discrepancy/whole_gap_page.py",
-    "test_gap_pages.py",
+    "discrepancy/test_gap_pages.py",
     ("before and after swapped", "return row.before, row.after,", "return row.after, row.before,"),
     ("noise for expected", "row.expected, row.noise", "row.noise, row.expected"),
     ("the bars swapped", "[factor * r.before for r", "[factor * r.after for r"),
 )
 DRAWS = of(
     "discrepancy/full_model_section.py",
-    "test_gap_pages.py",
+    "discrepancy/test_gap_pages.py",
     ("spread for residual", 'f"{j.rmse_rad:.2g}", f"{j.spread_rad:.2g}"', 'f"{j.spread_rad:.2g}", f"{j.rmse_rad:.2g}"'),
     ("a band of 1 σ below", "check.simulated[:, i] - 2 *", "check.simulated[:, i] - 1 *"),
 )
 IDENTIFICATION = of(
     "identification/page.py",
-    "test_identification_pages.py",
+    "identification/test_identification_pages.py",
     ("best for worst joint", "np.nanmax([getattr(j, of) for j", "np.nanmin([getattr(j, of) for j"),
     ("the spread for the RMS", 'f"{j.rmse_rad:.3g}"', 'f"{j.spread_rad:.3g}"'),
     ("over noise for over expected", 'f"{j.over_expected:.2f}"', 'f"{j.rmse_over_noise:.2f}"'),
@@ -158,7 +158,7 @@ IDENTIFICATION = of(
 )
 CONFIGURATION = of(
     "identification/configuration_sections.py",
-    "test_identification_pages.py",
+    "identification/test_identification_pages.py",
     ("a tenth of the standard deviation", "with_error(value, std) if not", "with_error(value, std / 10) if not"),
     ("the bounds swapped", "[{q.lower:.3g}, {q.upper:.3g}]", "[{q.upper:.3g}, {q.lower:.3g}]"),
     ("the estimate for the first guess", 'f"{q.initial:.3g}"', 'f"{value:.3g}"'),
@@ -182,7 +182,7 @@ CONFIGURATION = of(
 )
 WORST_RUN = of(
     "../identification/output/summary.py",
-    "test_identification_pages.py",
+    "identification/test_identification_pages.py",
     ("best for worst", "return max(unseen or", "return min(unseen or"),
     (
         "the fitted runs for the unseen",
@@ -192,7 +192,7 @@ WORST_RUN = of(
 )
 GLANCE = of(
     "identification/glance.py",
-    "test_identification_pages.py",
+    "identification/test_identification_pages.py",
     ("over the noise for the size", "in_thousandths(worst.rmse_rad, unit)", "in_thousandths(worst.over_noise, unit)"),
     ("over range for over noise", "plain(worst.over_noise, 3)", "plain(worst.nrmse, 3)"),
     ("the best joint of the device", "return max(pairs, key", "return min(pairs, key"),
@@ -201,7 +201,7 @@ GLANCE = of(
 DIAGNOSIS = (
     *of(
         "discrepancy/glance.py",
-        "test_discrepancy_page.py",
+        "discrepancy/test_discrepancy_page.py",
         ("before for after over the noise", "line.gap.after if line.names", "line.gap.before if line.names"),
         (
             "the fitted runs for the unseen",
@@ -217,27 +217,31 @@ DIAGNOSIS = (
     ),
     *of(
         "identification/parameter_figures.py",
-        "test_identification_pages.py",
+        "identification/test_identification_pages.py",
         ("intervals of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
         ("a correlation of the other sign", 'f"{c:+.2f}"', 'f"{-c:+.2f}"'),
     ),
     *of(
         "identification/friction_figures.py",
-        "test_identification_pages.py",
+        "identification/test_identification_pages.py",
         ("measured for modelled", "loop.speed, loop.model,", "loop.speed, loop.measured,"),
     ),
     *of(
         "identification/residual_figures.py",
-        "test_residual_figures.py",
+        "identification/test_residual_figures.py",
         ("half the spectrum", "power[1:] / (2.0 * step)", "power[1:] / (4.0 * step)"),
         ("lags in rows", "step * np.arange(1,", "1.0 * np.arange(1,"),
         ("the limits of 50 %", "for end in (-1.96, 1.96)", "for end in (-0.67, 0.67)"),
     ),
-    *of("common/cycles.py", "test_residual_figures.py", ("cycles with 1 σ", "196 * one.std", "100 * one.std")),
+    *of(
+        "common/cycles.py",
+        "identification/test_residual_figures.py",
+        ("cycles with 1 σ", "196 * one.std", "100 * one.std"),
+    ),
 )
 PLAIN = of(
     "identification/plain_section.py",
-    "test_identification_pages.py",
+    "identification/test_identification_pages.py",
     ("the lower end at 0.3 σ", "value - HALF_WIDTH_95 * std", "value - 0.3 * HALF_WIDTH_95 * std"),
     ("the lower end times 0.3", "{value - HALF_WIDTH_95 * std:.4g}", "{0.3 * (value - HALF_WIDTH_95 * std):.4g}"),
     ("an interval of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
@@ -254,7 +258,7 @@ PLAIN = of(
 PICTURES = (
     *of(
         "identification/figures.py",
-        "test_identification_pages.py",
+        "identification/test_identification_pages.py",
         ("a band of 1 σ", "-2 * factor * trace.sigma[k], 2 *", "-factor * trace.sigma[k], "),
         (
             "the residual of the other sign",
@@ -264,7 +268,7 @@ PICTURES = (
     ),
     *of(
         "identification/plain_pictures.py",
-        "test_identification_pages.py",
+        "identification/test_identification_pages.py",
         (
             "the models swapped",
             '"model": (SIMULATED, "fit", "-"), "baseline": (ACCENT, "plain model", "--")',
@@ -273,20 +277,20 @@ PICTURES = (
     ),
     *of(
         "posterior/figures.py",
-        "test_posterior_pages.py",
+        "posterior/test_posterior_pages.py",
         ("the band of 50 %", "part.lower[-1], part.upper[-1]", "part.lower[0], part.upper[0]"),
         ("cycles with 1 σ", "196 * std", "100 * std"),
         ("coverage for what is not covered", "{100 * c:.1f}", "{100 - 100 * c:.1f}"),
     ),
     *of(
         "discrepancy/stage_pictures.py",
-        "test_discrepancy_page.py",
+        "discrepancy/test_discrepancy_page.py",
         ("the final model's residual", "(curve.run.y[:, 0] - curve.before)", "(curve.run.y[:, 0] - curve.after)"),
     ),
 )
 CALIBRATION = of(
     "calibration/page.py",
-    "test_identification_pages.py",
+    "identification/test_identification_pages.py",
     ("a tenth of the standard deviation", "else with_error(value, std)", "else with_error(value, std / 10)"),
     ("a combination's error a tenth", "with_error(one.value, one.std)", "with_error(one.value, one.std / 10)"),
     ("the bounds swapped", "[{q.lower:.4g}, {q.upper:.4g}]", "[{q.upper:.4g}, {q.lower:.4g}]"),
@@ -295,7 +299,7 @@ CALIBRATION = of(
 POSTERIOR = (
     *of(
         "posterior/page.py",
-        "test_posterior_pages.py",
+        "posterior/test_posterior_pages.py",
         ("the interval of 50 %", "*_list_ends(p, (0.95,)), p.unit, p.prior", "*_list_ends(p, (0.5,)), p.unit, p.prior"),
         (
             "the levels in the other order",
@@ -321,7 +325,7 @@ POSTERIOR = (
     ),
     *of(
         "posterior/overview.py",
-        "test_posterior_pages.py",
+        "posterior/test_posterior_pages.py",
         ("half the width", "(high - low) / 2 /", "(high - low) / 4 /"),
         ("the width of 50 %", "s.intervals[0.95]", "s.intervals[0.5]"),
         ("least for best known", "(ordered[0], ordered[-1])", "(ordered[-1], ordered[0])"),
@@ -329,7 +333,7 @@ POSTERIOR = (
     ),
     *of(
         "posterior/foreign_page.py",
-        "test_posterior_pages.py",
+        "posterior/test_posterior_pages.py",
         ("the interval of 50 %", "p.intervals[0.95]", "p.intervals[0.5]"),
         ("what is not covered", "{band.covered[content]:.0%}", "{1 - band.covered[content]:.0%}"),
     ),
@@ -337,7 +341,7 @@ POSTERIOR = (
 PLAN = (
     *of(
         "locking_plan/tables.py",
-        "test_plan_page.py",
+        "locking_plan/test_plan_page.py",
         ("after for before", "{p['std_before']:.2g}", "{p['std_after']:.2g}"),
         ("frequency for amplitude", "{run['amplitude_Nm']:.3g} at", "{run['frequency_rad_s']:.3g} at"),
         ("at home for anywhere", 'str(stage["combinations_anywhere"])', 'str(stage["combinations_at_home"])'),
@@ -350,7 +354,7 @@ PLAN = (
     ),
     *of(
         "locking_plan/page.py",
-        "test_plan_page.py",
+        "locking_plan/test_plan_page.py",
         ("the width of the prior a tenth", "{one['prior_std']:.2g}", "{one['prior_std'] / 10:.2g}"),
         (
             "the count at home for anywhere",
@@ -362,14 +366,14 @@ PLAN = (
 )
 FROM_JSON = of(
     "from_json/page.py",
-    "test_from_json_page.py",
+    "from_json/test_from_json_page.py",
     ("the interval of 50 %", 'p["intervals"]["0.95"]', 'p["intervals"]["0.5"]'),
     ("before and after swapped", '("before", "after", "noise"))', '("after", "before", "noise"))'),
     ("a tenth of the standard deviation", "with_error(value, std) if std", "with_error(value, std / 10) if std"),
 )
 NUMBERS = of(
     "common/numbers.py",
-    "test_page.py",
+    "common/test_page.py",
     ("a tenth of every standard deviation", "± {std / scale:.{digits}f}", "± {std / scale / 10:.{digits}f}"),
     ("a digit too few", "math.floor(math.log10(std)) + 2", "math.floor(math.log10(std)) + 1"),
 )

@@ -130,7 +130,7 @@ def find_twins(s: Searcher, effects: tuple[Effect, ...]) -> Iterator[tuple[tuple
     """
     ids = [e.id for e in effects]
     for k, effect in enumerate(effects):
-        for other in s.entries.values():
+        for other in s.catalogue.values():
             if other.id not in ids and (names := match_parameters(effect, other)) is not None:
                 yield (*effects[:k], other, *effects[k + 1 :]), names
 

@@ -44,7 +44,7 @@ def begin_effects(s: Searcher, solution: Solution, most: int | None = None) -> l
     list of Solution
         Preliminary fits at the coarse step, best first.
     """
-    every = len(s.entries)
+    every = len(s.catalogue)
     most = most or (THRESHOLDS.search.most_effects_begun_on_effect if solution.effects else every)
     most = min(most, s.study.most or every)
     if most >= THRESHOLDS.search.most_effects_continued:
@@ -54,8 +54,8 @@ def begin_effects(s: Searcher, solution: Solution, most: int | None = None) -> l
     most = min(most, _count_in_question(s, solution, scored))
     # Effects that are easily mistaken for the best one are tried whatever their score, lest a rival be missed.
     likely = s.rivals(scored[0].key) if scored else set()
-    fresh = {score.key: score for k, score in enumerate(scored) if k < most or s.entries[score.key].id in likely}
-    tried = [s.entries[key] for key in fresh]
+    fresh = {score.key: score for k, score in enumerate(scored) if k < most or s.catalogue[score.key].id in likely}
+    tried = [s.catalogue[key] for key in fresh]
     begun = s.map_all("effects, first fits", partial(begin, rough, solution), tried, fresh.values())
     begun = s.rank_fits(begun)
     named = s.rivals(begun[0].effects[-1].key) if begun else set()
@@ -114,7 +114,7 @@ def fit_from_first_guesses(s: Searcher, scored: Scan, onto: Solution) -> list[So
     starts: list[dict[str, float]] = []
     most = THRESHOLDS.search.most_effects_beside_effect if onto.effects else s.study.most
     for score in s.beside(onto, scored)[:most]:
-        effect = s.entries[score.key]
+        effect = s.catalogue[score.key]
         for own in starts_of(effect, score):
             chosen.append((*onto.effects, effect))
             starts.append(values | own)

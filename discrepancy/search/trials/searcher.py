@@ -32,7 +32,7 @@ class Searcher:
     ----------
     study
         Study at the inner step of its readings.
-    entries
+    catalogue
         Catalogue effects by key, in SI units.
     found
         Their signatures at the nominal model.
@@ -53,7 +53,7 @@ class Searcher:
     """
 
     study: Study
-    entries: dict[str, Effect]
+    catalogue: dict[str, Effect]
     found: Signatures
     tests: float
     tell: Progress
@@ -91,7 +91,7 @@ class Searcher:
         Scan
             Best score of every effect, smallest p first.
         """
-        return scan(self.study, solution, self.found, self.entries, tests=self.tests)
+        return scan(self.study, solution, self.found, self.catalogue, tests=self.tests)
 
     def beside(self, solution: Solution, scored: Scan) -> list[Score]:
         """Return the scores of effects that are not in ``solution`` in any variant, best first.
@@ -108,7 +108,7 @@ class Searcher:
         list of Score
             In the order of ``scored``.
         """
-        return [s for s in scored.scores if self.entries[s.key].id not in solution.ids]
+        return [s for s in scored.scores if self.catalogue[s.key].id not in solution.ids]
 
     def rivals(self, key: str) -> set[str]:
         """Return the rivals of a catalogue effect.
@@ -123,8 +123,8 @@ class Searcher:
         set of str
             Ids of the effects that this one names as rivals, and of those that name this one.
         """
-        entry = self.entries[key]
-        return {*entry.rivals, *(other.id for other in self.entries.values() if entry.id in other.rivals)}
+        effect = self.catalogue[key]
+        return {*effect.rivals, *(other.id for other in self.catalogue.values() if effect.id in other.rivals)}
 
     def best_of_each(self, *begun: Sequence[Solution]) -> list[Solution]:
         """Keep the best preliminary fit of every last effect.

@@ -1,8 +1,8 @@
 """Keep the effects of a model that no other comes near: best `Trial` in, a `Trial` whose names stand out.
 
 The formula of a machine's effect is hardly ever that of the catalogue. A model with the right kind of effect then
-closes most of the gap and still leaves more than noise. Its names stand where no other effect in their places comes
-near.
+removes most of the discrepancy and still leaves more than noise. Its names stand where no other effect in their places
+comes near.
 
 1. Fit the model under the observer without each of its effects, and extend it by the best others.
 2. Drop the effects in whose places another one leaves nearly as little, and repeat.
@@ -91,7 +91,7 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
     -------
     Dominant or None
         The model, or the one without the effects that others could replace; None where none stands out, or where the
-        model leaves too much of the gap.
+        model leaves too much of the discrepancy.
     """
     effects, values = near.solution.effects, near.solution.values
     noise = float(at.study.rows)
@@ -123,7 +123,7 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
 
 
 def _may_stand(study: Study, found: Trial, start: Trial) -> bool:
-    """Say whether held-out runs show the effects of a model, and it leaves a small share of the gap."""
+    """Say whether held-out runs show the effects of a model, and it leaves a small share of the discrepancy."""
     shown = found.held_out >= THRESHOLDS.verdict.least_evidence_of_each_name
     return shown and not found.at_bound and closes_most(study, found, start)
 

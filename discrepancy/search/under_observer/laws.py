@@ -185,7 +185,7 @@ class _OtherLaw:
 
     def beside(self, known: Lead) -> Lead | None:
         """Fit the law beside the effects of a model; None where it lacks what an effect asks for."""
-        if any(e.key not in self.searcher.entries for e in known.effects):
+        if any(e.key not in self.searcher.catalogue for e in known.effects):
             return None
         own = {q.id: known.fit.values[q.id] for e in known.effects for q in e.parameters}
         values = self.at.start.fit.values | own
@@ -231,10 +231,10 @@ def _under(s: Searcher, at: UnderObserver, white: Solution, law: str) -> _OtherL
     """Fit the nominal model under another law; the signatures of the law of the study serve for it."""
     s.tell(f"friction law {law} under the observer")
     study = under_law(at.study, law, white.values)
-    entries = {key: effect for key, effect in s.entries.items() if key in study.entries}
-    searcher = replace(s, study=study, entries=entries, simulations=0, finished={}, extended=set())
+    catalogue = {key: effect for key, effect in s.catalogue.items() if key in study.catalogue}
+    searcher = replace(s, study=study, catalogue=catalogue, simulations=0, finished={}, extended=set())
     start = fit_lead(searcher, study, (), next(starts_under_law(study, white)), at.gains, MOST)
     s.simulations += searcher.simulations
-    points = tuple(point for point in at.found.points if point.key in entries)
+    points = tuple(point for point in at.found.points if point.key in catalogue)
     there = replace(at, study=study, start=start, found=replace(at.found, points=points))
     return _OtherLaw(law=law, searcher=searcher, at=there)

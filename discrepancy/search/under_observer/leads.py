@@ -146,13 +146,13 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
         lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
         s.simulations += (lower.reached.calls - start.fit.reached.calls) * len(study.fitted)
         start = replace(start, fit=lower)
-    entries = list(s.entries.values())
+    effects = list(s.catalogue.values())
 
     def count(done: int) -> None:
-        s.tell("signatures under the observer", done, len(entries))
+        s.tell("signatures under the observer", done, len(effects))
 
     share = THRESHOLDS.search.share_of_amplitude_under_observer
-    found = signatures(study, start.fit.linearised(()), entries, count, gain=start.fit.gain, share=share)
+    found = signatures(study, start.fit.linearised(()), effects, count, gain=start.fit.gain, share=share)
     s.simulations += found.simulations
     return UnderObserver(study=study, start=start, found=found, excess=start.excess(study.rows))
 
@@ -271,10 +271,10 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
         Models with one effect more, best first.
     """
     about = before.fit.linearised(before.effects)
-    scored = s.beside(about, scan(at.study, about, at.found, s.entries, tests=1.0))
+    scored = s.beside(about, scan(at.study, about, at.found, s.catalogue, tests=1.0))
 
     def begin(score: Score) -> Lead:
-        effects = (*before.effects, s.entries[score.key])
+        effects = (*before.effects, s.catalogue[score.key])
         values = _near_start(s, at, before, effects, score)
         return fit_lead(s, at.study, effects, values, at.gains, THRESHOLDS.search.simulations_of_a_try_under_observer)
 

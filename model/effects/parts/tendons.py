@@ -92,7 +92,7 @@ def derive_stiffness(prefix: str) -> tuple[tuple[str, str, sp.Expr], ...]:
     Returns
     -------
     tuple of (str, str, sympy.Expr)
-        One entry: id, unit and formula.
+        One effect: id, unit and formula.
     """
     return ((f"{prefix}_stiffness", "N m/rad", 1 / _names(prefix)[0]),)
 

@@ -19,7 +19,7 @@ from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.finding.test_finding import TRUTH
 
-ENTRIES = catalogue()
+EFFECTS = catalogue()
 FREE = ("inertia", "Ks", "sigma2")
 KNOWN = {id: {"fixed": value} for id, value in TRUTH.items() if id not in FREE}
 TORQUES = ((0.008, 1.5, 0.004), (0.006, 2.5, 0.004), (0.007, 2.0, None))
@@ -33,13 +33,13 @@ def study_with(folder: Path, last: float, seed: int) -> Study:
         hidden = {"time_delay": {"delay": last if delay is None else delay}}
         there, sensor = folder / f"{k}", Sensor(noise=2e-4)
         make_joint_campaign(there, 3, TRUTH, [cosine], effects=hidden, sensor=sensor, known=KNOWN, seed=10 * seed + k)
-        runs.append(study_of(read_campaign(there), 3, ENTRIES))
+        runs.append(study_of(read_campaign(there), 3, EFFECTS))
     return replace(runs[0], fitted=(*runs[0].fitted, *runs[1].fitted), unseen=runs[2].fitted)
 
 
 def fitted(study: Study) -> Solution:
     values = TRUTH | {"delay_time": 0.004}
-    return solve(study, (ENTRIES["time_delay"],), Noise(), values, iterations=60, tolerance=1e-6)
+    return solve(study, (EFFECTS["time_delay"],), Noise(), values, iterations=60, tolerance=1e-6)
 
 
 def ratio(study: Study) -> float:
@@ -79,7 +79,7 @@ def test_every_run_may_have_its_own_place_of_a_jump_but_no_other_parameter(tmp_p
     hidden = {"amplifier_dead_band": {"dead_band": 6e-4}}
     cosines = [Cosine(amplitude=a, frequency=w, duration=8.0, spacing=0.01) for a, w, _ in TORQUES]
     make_joint_campaign(tmp_path, 3, TRUTH, cosines, effects=hidden, sensor=Sensor(noise=2e-4), known=KNOWN, seed=5)
-    study = study_of(read_campaign(tmp_path), 3, ENTRIES)
+    study = study_of(read_campaign(tmp_path), 3, EFFECTS)
     jump = study.in_si(TRUTH)["amplifier_dead_band:jump"]
     fit = solve(study, (jump,), Noise(), TRUTH | {"dead_band": 6e-4})
 

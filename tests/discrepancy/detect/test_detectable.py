@@ -10,7 +10,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 
-ENTRIES = {key: catalogue()[key].at(Scales(torque=0.01)) for key in ("cubic_spring", "cogging")}
+EFFECTS = {key: catalogue()[key].at(Scales(torque=0.01)) for key in ("cubic_spring", "cogging")}
 
 
 @pytest.mark.parametrize("dof", [1, 2])
@@ -27,8 +27,8 @@ def test_power_by_drawing(dof: int, tests: float):
 
 
 def test_sizes_scale_with_the_signature_and_the_best_shape_counts():
-    k3 = ENTRIES["cubic_spring"].parameters[0].initial
-    a, n = (ENTRIES["cogging"].parameters[i].initial for i in (0, 2))
+    k3 = EFFECTS["cubic_spring"].parameters[0].initial
+    a, n = (EFFECTS["cogging"].parameters[i].initial for i in (0, 2))
     points = [
         Point(key="cubic_spring", values=({"k3": k3},), columns=slice(0, 1)),
         *(
@@ -41,7 +41,7 @@ def test_sizes_scale_with_the_signature_and_the_best_shape_counts():
         ),
     ]
     G = np.diag([4.0, 1.0, 1.0, 9.0, 9.0])
-    cogging, spring = smallest(points, G, 50.0, ENTRIES)
+    cogging, spring = smallest(points, G, 50.0, EFFECTS)
     assert spring.size == pytest.approx(k3 * np.sqrt(noncentrality(1, 50.0)) / 2.0)
     assert cogging.size == pytest.approx(a * np.sqrt(noncentrality(2, 50.0)) / 3.0)
     assert (spring.unit, cogging.parameter) == ("N m/rad^3", "cogging_sin")

@@ -7,7 +7,7 @@ from haptid.discrepancy.detect.chi_squared import log_tails
 from haptid.discrepancy.detect.familywise import by_sign_flips, independent_tests
 from haptid.discrepancy.detect.signatures import Point
 from haptid.measurement.values.run import Array, Run
-from tests.discrepancy.finding.test_finding import ENTRIES, study_with
+from tests.discrepancy.finding.test_finding import EFFECTS, study_with
 
 POINTS = [Point(key=f"{k}", values=({},), columns=slice(k, k + 1)) for k in range(8)]
 POINTS += [Point(key="pair", values=({}, {}), columns=slice(8, 10))]
@@ -15,7 +15,7 @@ POINTS += [Point(key="pair", values=({}, {}), columns=slice(8, 10))]
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, ...]:
-    return study_with(tmp_path_factory.mktemp("family") / "c", {}, ENTRIES).fitted
+    return study_with(tmp_path_factory.mktemp("family") / "c", {}, EFFECTS).fitted
 
 
 def signatures(runs: tuple[Run, ...]) -> Array:

@@ -33,8 +33,8 @@ INPUTS = [Cosine(amplitude=a, frequency=w, duration=10.0, spacing=0.01) for a, w
 def test_a_score_is_what_a_refit_gains(tmp_path: Path, key: str, hidden: dict[str, float]):
     truth = TRUTH | {"gravity_cos": 0.002, "gravity_sin": -0.001}
     make_joint_campaign(tmp_path, 3, truth, INPUTS, effects={key: hidden}, sensor=Sensor(noise=1e-4), seed=3)
-    entries = {key: catalogue()[key]}
-    study = study_of(read_campaign(tmp_path), 3, entries)
+    listed = {key: catalogue()[key]}
+    study = study_of(read_campaign(tmp_path), 3, listed)
     base = fit_nominal(study, starts=4, seed=0).solution
     plain = solve(study, (), Noise(), base.values, x0=base.x0, iterations=200, tolerance=1e-6)
     effect = study.in_si(plain.values)[key]

@@ -46,30 +46,30 @@ def grid(effect) -> tuple[float, ...]:
 
 def test_the_torque_along_the_motion_shows_the_wave_and_no_other(tmp_path: Path) -> None:
     study = recorded(tmp_path / "c", 5e-4)
-    entries = in_si(study)
-    highest = grid(entries["cogging"])[-1]
+    listed = in_si(study)
+    highest = grid(listed["cogging"])[-1]
     assert highest < NUMBER / 2
     (found,) = find_waves(*residual_over_position(study.fitted), beyond=highest)
     assert found == pytest.approx(NUMBER, rel=0.02)
-    wider = with_waves(entries, lambda: residual_over_position(study.fitted))
-    assert grid(wider["cogging"]) == (*grid(entries["cogging"]), found)
+    wider = with_waves(listed, lambda: residual_over_position(study.fitted))
+    assert grid(wider["cogging"]) == (*grid(listed["cogging"]), found)
     assert wider["cogging"].parameters[2].upper > NUMBER
-    assert wider["cubic_spring"] == entries["cubic_spring"]
+    assert wider["cubic_spring"] == listed["cubic_spring"]
 
 
 def test_a_joint_without_ripple_has_the_grids_of_the_catalogue(tmp_path: Path) -> None:
     study = recorded(tmp_path / "c", 0.0)
-    entries = in_si(study)
-    assert with_waves(entries, lambda: residual_over_position(study.fitted)) == entries
+    listed = in_si(study)
+    assert with_waves(listed, lambda: residual_over_position(study.fitted)) == listed
 
 
 def test_nothing_is_asked_where_no_effect_has_waves_and_few_rows_show_none() -> None:
-    entries = {"cubic_spring": catalogue()["cubic_spring"]}
+    listed = {"cubic_spring": catalogue()["cubic_spring"]}
 
     def refuse() -> tuple[np.ndarray, np.ndarray]:
         raise AssertionError
 
-    assert with_waves(entries, refuse) == entries
+    assert with_waves(listed, refuse) == listed
     assert find_waves(np.zeros(0), np.zeros((0, 2)), beyond=1.0) == ()
 
 

@@ -1,4 +1,4 @@
-"""The search on joints in which the virtual device has hidden something, or nothing; four entries of the catalogue."""
+"""The search on joints in which the virtual device has hidden something, or nothing; four effects of the catalogue."""
 
 import json
 import re
@@ -23,7 +23,7 @@ from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.fmu_build.accuracy_cases import draws_of, json_of
 
-ENTRIES = {key: catalogue()[key] for key in ("cubic_spring", "cogging", "amplitude_scatter")}
+EFFECTS = {key: catalogue()[key] for key in ("cubic_spring", "cogging", "amplitude_scatter")}
 TRUTH = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
     "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
@@ -38,19 +38,19 @@ INPUTS = tuple(
 def study_with(
     folder: Path,
     effects: dict[str, dict[str, float]],
-    entries: dict[str, Effect],
+    listed: dict[str, Effect],
     sensor: Sensor = Sensor(noise=2e-4, resolution=0.0),  # noqa: B008 - frozen
     seed: int = 5,
 ) -> Study:
     """Return the study of a joint of the virtual device in which ``effects`` are hidden."""
     make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=KNOWN, seed=seed)
-    return study_of(prepare(read_campaign(folder)), 3, entries)
+    return study_of(prepare(read_campaign(folder)), 3, listed)
 
 
 def found(
-    tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "", known_entries: dict[str, Effect] = ENTRIES
+    tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "", known_effects: dict[str, Effect] = EFFECTS
 ) -> Finding:
-    study = study_with(tmp_path / "c", effects, {key: e for key, e in known_entries.items() if e.id != without})
+    study = study_with(tmp_path / "c", effects, {key: e for key, e in known_effects.items() if e.id != without})
     return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=ignore_progress)
 
 
@@ -108,7 +108,7 @@ def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path
         made, 3, TRUTH, (*INPUTS, *more), effects={"cubic_spring": {"spring_cubic": 0.02}}, seed=5, known=KNOWN,
         sensor=Sensor(noise=2e-4, resolution=0.0),
     )  # fmt: skip
-    study = study_of(prepare(read_campaign(made)), 3, ENTRIES)
+    study = study_of(prepare(read_campaign(made)), 3, EFFECTS)
     assert (len(study.unseen), len(study.sealed)) == (2, 1)
     finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=ignore_progress)
     gap = as_json(finding, measured=False, seed=0)["gap"]["sealed"]
@@ -131,7 +131,7 @@ def test_a_joint_that_slides_is_told_of_in_metres_and_newtons(tmp_path: Path):
     )  # fmt: skip
     read = prepare(read_campaign(tmp_path / "c"))
     runs = tuple(replace(run, prismatic=(True,)) for run in read.runs)
-    study = study_of(replace(read, runs=runs), 3, ENTRIES)
+    study = study_of(replace(read, runs=runs), 3, EFFECTS)
     finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=ignore_progress)
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "named"
@@ -156,7 +156,7 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
         "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,
     }  # fmt: skip
     twins = {key: catalogue()[key] for key in ("tendon_slack", "backlash:motor")}
-    finding = found(tmp_path, {"tendon_slack": hidden}, known_entries=twins)
+    finding = found(tmp_path, {"tendon_slack": hidden}, known_effects=twins)
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "ambiguous"
     names = {data["effects"][0]["id"], *(id for a in data["alternatives"] for id in a["ids"])}
@@ -170,7 +170,7 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
 
 def test_two_powers_of_the_position_are_a_curve_and_no_names(tmp_path: Path):
     springs = {key: catalogue()[key] for key in ("asymmetric_spring", "cubic_spring")}
-    finding = found(tmp_path, {"payload_gravity": {"payload_cos": 0.006, "payload_sin": 0.006}}, known_entries=springs)
+    finding = found(tmp_path, {"payload_gravity": {"payload_cos": 0.006, "payload_sin": 0.006}}, known_effects=springs)
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "unlisted"
     assert "asymmetric_spring and cubic_spring follow it as powers follow any curve" in data["sentence"]

@@ -50,7 +50,7 @@ def study(base: Equations) -> Study:
     theta = np.array([TRUE[q.id] for q in base.parameters])
     exact = KernelSimulator.of(base).with_step(4e-6).simulate(theta, run).y
     seen = exact + NOISE * np.random.default_rng(3).standard_normal(exact.shape)
-    return Study(joint=0, fitted=(run.but(y=seen),), unseen=(), base=base, entries={}, noise_given=True, own=FREE)
+    return Study(joint=0, fitted=(run.but(y=seen),), unseen=(), base=base, catalogue={}, noise_given=True, own=FREE)
 
 
 def test_a_joint_of_stiff_bristles_leaves_noise_alone_though_its_range_ended_below_them(study: Study) -> None:

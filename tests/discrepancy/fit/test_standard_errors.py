@@ -118,10 +118,10 @@ def test_of_a_stop_that_no_run_reaches_no_more_is_known_than_its_bounds(tmp_path
 
 def test_a_lag_of_a_fifth_of_the_inner_step_is_told_from_a_finer_one(tmp_path: Path):
     lag = 4.5e-4
-    entries = {"amplifier_lag:rest": catalogue()["amplifier_lag:rest"]}
+    listed = {"amplifier_lag:rest": catalogue()["amplifier_lag:rest"]}
     sensor = Sensor(noise=2e-5, resolution=0.0)
-    study = study_with(tmp_path, {"amplifier_lag": {"amplifier_lag": lag}}, entries, sensor)
-    coarse = solve(study, tuple(entries.values()), Noise(), TRUTH | {"lag_time": lag})
+    study = study_with(tmp_path, {"amplifier_lag": {"amplifier_lag": lag}}, listed, sensor)
+    coarse = solve(study, tuple(listed.values()), Noise(), TRUTH | {"lag_time": lag})
     fine = finer(study, coarse)[1]
     assert coarse.values["lag_time"] < 0.9 * lag
     assert fine.values["lag_time"] == pytest.approx(lag, rel=0.02)

@@ -10,7 +10,7 @@ import pytest
 from haptid.api.missing import Missing
 from haptid.api.place import Place
 from haptid.discrepancy.finding.full_model import WholeFinding
-from haptid.discrepancy.job.job import Job, entries_without
+from haptid.discrepancy.job.job import Job, catalogue_without
 from haptid.discrepancy.job.search import findings_below, prepare_whole, tell_other_laws
 from haptid.discrepancy.run import search_campaign
 from haptid.measurement.format.embedded import embedded_campaign
@@ -36,7 +36,7 @@ def job(tmp_path: Path) -> Job:
         file = tmp_path / "discrepancy" / f"joint{joint}.json"
         file.parent.mkdir(exist_ok=True)
         file.write_text(json.dumps(finding))
-    return Job(campaign=read_campaign(embedded_campaign()), entries=entries_without(()), out=tmp_path)
+    return Job(campaign=read_campaign(embedded_campaign()), catalogue=catalogue_without(()), out=tmp_path)
 
 
 def test_one_joint_does_not_move_together_with_others() -> None:

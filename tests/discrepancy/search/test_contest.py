@@ -1,4 +1,4 @@
-"""A name against an element of its kind that is no entry, where the catalogue lacks what it looks like."""
+"""A name against an element of its kind that is not listed, where the catalogue lacks what it looks like."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -29,9 +29,9 @@ LATE = {"amplifier_lag": ("amplifier_lag", "amplifier_lag:rest"), "time_delay": 
 
 
 def found(tmp_path: Path, hidden: str, seconds: float, without: Collection[str], noise: float = 2e-4) -> Finding:
-    entries = {key: catalogue()[key] for id, (_, key) in LATE.items() if id not in without}
+    effects = {key: catalogue()[key] for id, (_, key) in LATE.items() if id not in without}
     sensor = Sensor(noise=noise, resolution=0.0)
-    study = study_with(tmp_path / "c", {hidden: {LATE[hidden][0]: seconds}}, entries, sensor)
+    study = study_with(tmp_path / "c", {hidden: {LATE[hidden][0]: seconds}}, effects, sensor)
     return find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress)
 
 
@@ -86,7 +86,7 @@ SOFT, CURVED, DRY = "amplifier_saturation:soft", "amplifier_nonlinear_gain", "co
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("hidden", "values", "entry", "contender"),
+    ("hidden", "values", "key", "contender"),
     [
         ("amplifier_saturation", {"saturation_soft": 0.04}, CURVED, "gain_compression"),
         (CURVED, {"gain_cubic": -0.02, "gain_reference": 0.009}, SOFT, "gain_compression"),
@@ -99,18 +99,18 @@ SOFT, CURVED, DRY = "amplifier_saturation:soft", "amplifier_nonlinear_gain", "co
     ],
 )
 def test_what_looks_like_an_entry_that_is_missing_is_not_named(
-    tmp_path: Path, hidden: str, values: dict[str, float], entry: str, contender: str
+    tmp_path: Path, hidden: str, values: dict[str, float], key: str, contender: str
 ):
-    study = study_with(tmp_path / "c", {hidden: values}, {entry: catalogue()[entry]}, Sensor(noise=2e-4))
+    study = study_with(tmp_path / "c", {hidden: values}, {key: catalogue()[key]}, Sensor(noise=2e-4))
     judgement = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress).judgement
     assert judgement.verdict == "ambiguous"
-    assert [e.key for e in judgement.effects] == [entry]
+    assert [e.key for e in judgement.effects] == [key]
     assert (contender,) in [t.candidate.ids for t in judgement.alternatives]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("hidden", "values", "entry"),
+    ("hidden", "values", "key"),
     [
         ("amplifier_saturation", {"saturation_soft": 0.02}, SOFT),
         (CURVED, {"gain_cubic": -0.1, "gain_reference": 0.009}, CURVED),
@@ -121,12 +121,12 @@ def test_what_looks_like_an_entry_that_is_missing_is_not_named(
         ("viscous_drift", {"viscous_warmup": 1e-2, "viscous_warmup_time": 1.5}, "viscous_drift"),
     ],
 )
-def test_an_entry_that_beats_its_contenders_is_named(tmp_path: Path, hidden: str, values: dict[str, float], entry: str):
-    study = study_with(tmp_path / "c", {hidden: values}, {entry: catalogue()[entry]}, Sensor(noise=2e-4))
+def test_an_effect_that_beats_its_contenders_is_named(tmp_path: Path, hidden: str, values: dict[str, float], key: str):
+    study = study_with(tmp_path / "c", {hidden: values}, {key: catalogue()[key]}, Sensor(noise=2e-4))
     finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=ignore_progress)
     assert finding.search.contenders
     assert finding.judgement.verdict == "named"
-    assert finding.search.best.solution.keys == (entry,)
+    assert finding.search.best.solution.keys == (key,)
 
 
 def test_the_cascade_answers_a_step_as_two_equal_lags_do():
@@ -153,8 +153,8 @@ def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
         tmp_path / "c", {"cubic_spring": {"spring_cubic": 0.02}}, {key: catalogue()[key] for key in keys}
     )
     s, start = tools_of(study, starts=2)
-    weight = solve(study, [s.entries[keys[0]]], Noise(), start.solution.values, x0=start.solution.x0)
-    both = solve(study, [s.entries[key] for key in keys], Noise(), weight.values, x0=weight.x0)
+    weight = solve(study, [s.catalogue[keys[0]]], Noise(), start.solution.values, x0=start.solution.x0)
+    both = solve(study, [s.catalogue[key] for key in keys], Noise(), weight.values, x0=weight.x0)
     best = judge_candidate(s, settle(study, both.effects, both), start.candidate)
     with monkeypatch.context() as patch:
         patch.setattr(Trial, "adequate", property(lambda _: True))

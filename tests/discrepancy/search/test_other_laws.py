@@ -27,7 +27,7 @@ from haptid.virtual_device.recording.inputs import rich
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.stranger.campaign import make_stranger_campaign, stranger_runs
 from haptid.virtual_device.stranger.readings import Recorder
-from tests.discrepancy.finding.test_finding import ENTRIES, study_with
+from tests.discrepancy.finding.test_finding import EFFECTS, study_with
 from tests.identification.bench_joint import TRUE
 
 CREEP = 0.015
@@ -93,7 +93,7 @@ def screened(study: Study) -> tuple[OtherLaw, ...]:
 
 def test_no_law_takes_the_place_of_a_hidden_spring(tmp_path: Path) -> None:
     hidden = {"cubic_spring": {"spring_cubic": 0.02}}
-    assert screened(study_with(tmp_path / "c", hidden, ENTRIES, Sensor(noise=2e-4))) == ()
+    assert screened(study_with(tmp_path / "c", hidden, EFFECTS, Sensor(noise=2e-4))) == ()
 
 
 def test_a_law_without_the_slot_of_a_users_effect_is_passed_over(campaign: Path) -> None:

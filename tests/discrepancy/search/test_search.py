@@ -41,21 +41,21 @@ from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.noise.correlation import Arma, Noise, Scatter
 from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.sensor import Sensor
-from tests.discrepancy.finding.test_finding import ENTRIES, study_with
+from tests.discrepancy.finding.test_finding import EFFECTS, study_with
 
 
 def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:
     """Return the tools of the search, and the base under white noise."""
     base = fit_nominal(study, starts=starts).solution
-    entries = study.in_si(base.values)
-    found = signatures(study, base, list(entries.values()))
-    searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, ignore_progress)
+    effects = study.in_si(base.values)
+    found = signatures(study, base, list(effects.values()))
+    searcher = Searcher(study, effects, found, scan(study, base, found, effects).tests, ignore_progress)
     return searcher, judge_candidate(searcher, score_candidate(study, base, 0))
 
 
 def tools(folder: Path, sensor: Sensor) -> tuple[Searcher, Trial]:
     """Return the tools of the search on a joint with a hidden cubic spring, and the base."""
-    study = study_with(folder / "c", {"cubic_spring": {"spring_cubic": 0.02}}, ENTRIES, sensor)
+    study = study_with(folder / "c", {"cubic_spring": {"spring_cubic": 0.02}}, EFFECTS, sensor)
     return tools_of(study, starts=4)
 
 
@@ -76,7 +76,7 @@ def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(
     among_drifts: tuple[Searcher, Trial],
 ) -> None:
     s, start = among_drifts
-    assert "payload_gravity" not in s.entries["cubic_spring"].rivals
+    assert "payload_gravity" not in s.catalogue["cubic_spring"].rivals
     scored = [score.key for score in s.beside(start.solution, s.scan(start.solution))]
     assert scored[0] in ("cubic_spring", "payload_gravity")
     assert {fit.effects[-1].key for fit in begin_effects(s, start.solution, 1)} == {"cubic_spring", "payload_gravity"}
@@ -107,8 +107,8 @@ def test_a_rival_of_the_catalogue_that_fits_as_well_need_not_earn_its_parameters
     """``worse`` is its criterion beside what its ``further`` parameters cost."""
     s, start = among_drifts
     price = further * np.log(s.study.rows)
-    best = clean(start, s.entries["cubic_spring"], 1, 0.0)
-    other = clean(start, s.entries[key], 1 + further, price + worse)
+    best = clean(start, s.catalogue["cubic_spring"], 1, 0.0)
+    other = clean(start, s.catalogue[key], 1 + further, price + worse)
     found = Search(study=s.study, base=None, plain=start, scan=None, trials=(best, other), best=best)
     assert [t.candidate.ids for t in found.rivals] == ([(key,)] if rival else [])
 
@@ -118,7 +118,9 @@ def test_what_is_just_not_adequate_is_a_rival_by_its_criterion(
     among_drifts: tuple[Searcher, Trial], worse: float, rival: bool
 ) -> None:
     s, start = among_drifts
-    best, other = (clean(start, s.entries[key], 1, bic) for key, bic in (("gain_drift", 0.0), ("cubic_spring", worse)))
+    best, other = (
+        clean(start, s.catalogue[key], 1, bic) for key, bic in (("gain_drift", 0.0), ("cubic_spring", worse))
+    )
     other = replace(other, left_p=1e-4)
     assert best.adequate
     assert not other.adequate
@@ -130,13 +132,13 @@ def test_variants_that_predict_as_well_are_no_rivals_but_may_be_the_truth_too(
     among_drifts: tuple[Searcher, Trial],
 ) -> None:
     s, start = among_drifts
-    entries = catalogue()
+    effects = catalogue()
     best, other, far = (
-        clean(start, entries[f"end_stop:{variant}"], 2, bic)
+        clean(start, effects[f"end_stop:{variant}"], 2, bic)
         for variant, bic in (("upper", 0.0), ("lower", 9.0), ("both", 11.0))
     )
     rest, settled = (
-        clean(start, entries[f"amplifier_lag:{variant}"], 1, bic) for variant, bic in (("rest", 3.0), ("settled", 2.0))
+        clean(start, effects[f"amplifier_lag:{variant}"], 1, bic) for variant, bic in (("rest", 3.0), ("settled", 2.0))
     )
     trials = (best, other, far, rest, settled)
     found = Search(study=s.study, base=None, plain=start, scan=None, trials=trials, best=best)
@@ -152,12 +154,12 @@ def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
     s, start = among_drifts
     solution, rough = start.solution, at_step(s.study, THRESHOLDS.study.coarse_step_s)
     scores = {score.key: score for score in s.scan(solution).scores}
-    fits = [begin(rough, solution, s.entries[key], scores[key]) for key in scores if key.endswith("drift")]
+    fits = [begin(rough, solution, s.catalogue[key], scores[key]) for key in scores if key.endswith("drift")]
     assert len(fits) == 3
 
     def stepped(threads: int) -> tuple[list[tuple[tuple[str, ...], float]], int]:
         study = replace(s.study, threads=threads)
-        own = Searcher(study, s.entries, s.found, s.tests, ignore_progress)
+        own = Searcher(study, s.catalogue, s.found, s.tests, ignore_progress)
         made = finish_best(own, start.candidate, fits, most=3, freed=True)
         assert len(made) == 2  # the third is fitted beside the second, in vain
         return [(t.solution.keys, t.solution.log_likelihood) for t in made], own.simulations
@@ -172,7 +174,7 @@ def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
 ) -> None:
     """A gain and a friction that drift had stood in for a clock error, and both were still there beside it."""
     s, start = begun
-    effects = [*(stand_in(s, start, key) for key in nothing), s.entries["cubic_spring"]]
+    effects = [*(stand_in(s, start, key) for key in nothing), s.catalogue["cubic_spring"]]
     both = solve(s.study, effects, Noise(), start.solution.values | {"k3": 0.02}, x0=start.solution.x0)
     full = judge_candidate(s, settle(s.study, effects, both), start.candidate)
     assert full.adequate
@@ -184,7 +186,7 @@ def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
 
 
 def stand_in(s: Searcher, start: Trial, key: str) -> Effect:
-    """An entry that the searcher's catalogue lacks."""
+    """An effect that the searcher's catalogue lacks."""
     return catalogue()[key].at(scales_over(s.study.fitted, start.solution.values, law_named(DEFAULT).roles))
 
 
@@ -234,7 +236,7 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
     study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))
     base = fit_nominal(study, starts=2, seed=0).solution
-    effects = [e.at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles)) for e in study.entries.values()]
+    effects = [e.at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles)) for e in study.catalogue.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, ignore_progress)
     start = judge_candidate(s, score_candidate(study, base, base.calls))
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
@@ -248,10 +250,10 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
 
 
 def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):
-    entries = {"friction_lag": catalogue()["friction_lag"]}
-    study = study_with(tmp_path, {"friction_lag": {"stribeck_lag": 0.017}}, entries, Sensor(noise=2e-4))
+    effects = {"friction_lag": catalogue()["friction_lag"]}
+    study = study_with(tmp_path, {"friction_lag": {"stribeck_lag": 0.017}}, effects, Sensor(noise=2e-4))
     base = fit_nominal(study, starts=2, seed=0).solution
-    effect = entries["friction_lag"].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
+    effect = effects["friction_lag"].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
     score = scan(study, base, signatures(study, base, [effect]), {effect.key: effect}).scores[0]
     large = replace(score, amplitude=(5.0,))
     values = base.values | start_values(effect, score.point, large.amplitude)
@@ -273,7 +275,7 @@ def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_
 ) -> None:
     s, start = begun
     score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
-    fit = begin(s.study, start.solution, s.entries["cubic_spring"], score)
+    fit = begin(s.study, start.solution, s.catalogue["cubic_spring"], score)
     assert find_finished(s, start.candidate, fit) is None
     made = finish(s, start.candidate, fit)
     again = find_finished(s, start.candidate, fit)
@@ -371,8 +373,7 @@ def test_a_lone_amplitude_that_cannot_be_told_from_none_stands_for_something_els
 
 def test_an_effect_found_earlier_has_to_stay_significant_beside_the_last_one():
     rng = np.random.default_rng(8)
-    entries = catalogue()
-    effects = (entries["cubic_spring"], entries["quadratic_drag"])
+    effects = (catalogue()["cubic_spring"], catalogue()["quadratic_drag"])
     ids = tuple(e.parameters[0].id for e in effects)
     parametrisation = SimpleNamespace(ids=ids, to_coordinates=lambda p: p, bounds=(-np.ones(2), np.ones(2)))
     blocks = SimpleNamespace(jacobian=rng.standard_normal((400, 2)))
@@ -396,7 +397,7 @@ def test_a_finding_without_a_name_says_which_entry_it_is_like(begun: tuple[Searc
 def test_a_large_compliance_is_begun_at_its_size_though_it_scores_nothing(begun: tuple[Searcher, Trial]) -> None:
     s, start = begun
     score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
-    assert len(starts_of(s.entries["cubic_spring"], score)) == 1
+    assert len(starts_of(s.catalogue["cubic_spring"], score)) == 1
     tendon = catalogue()["tendon_elasticity"]
     values = {q.id: q.initial for q in tendon.parameters}
     nothing = replace(score, T=0.0, amplitude=(0.0,), point=replace(score.point, values=(values,)))

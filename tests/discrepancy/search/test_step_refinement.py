@@ -18,8 +18,8 @@ QUIET = Sensor(noise=2e-5, resolution=0.0)
 
 
 def test_a_lag_and_a_delay_below_the_step_are_compared_at_a_finer_one(tmp_path: Path):
-    entries = {key: catalogue()[key] for key in ("amplifier_lag:rest", "time_delay")}
-    study = study_with(tmp_path, {"time_delay": {"delay": DELAY}}, entries, QUIET)
+    listed = {key: catalogue()[key] for key in ("amplifier_lag:rest", "time_delay")}
+    study = study_with(tmp_path, {"time_delay": {"delay": DELAY}}, listed, QUIET)
     result = search(study, starts=2)
     assert result.study.factory.step < THRESHOLDS.study.coarse_step_s
     both = {t.solution.keys: t for t in (result.best, *result.trials)}

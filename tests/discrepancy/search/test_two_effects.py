@@ -55,7 +55,7 @@ def lead(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial, Sol
     make_joint_campaign(folder, 5, TRUTH, INPUTS, effects=HIDDEN, sensor=sensor, known=KNOWN, seed=5)
     study = study_of(prepare(read_campaign(folder)), 5, {key: catalogue()[key] for key in KEYS})
     s, start = tools_of(study, starts=2)
-    drift = s.entries["torque_bias_drift"]
+    drift = s.catalogue["torque_bias_drift"]
     values = start.solution.values | {q.id: q.initial for q in drift.parameters}
     return s, start, solve(study, (drift,), Noise(), values, x0=start.solution.x0)
 

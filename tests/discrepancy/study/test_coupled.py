@@ -36,7 +36,7 @@ from tests.identification.verification.test_verification import true_values
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
 COG = {"cog": 2e-3, "cog_number": 9.0, "cog_phase": 0.4}
 SCATTER = 0.02
-ENTRIES = {"cogging": catalogue()["cogging"]}
+EFFECTS = {"cogging": catalogue()["cogging"]}
 TESTS = (0, 2, 3)
 """Two of the coupled tests to fit, and the one to judge by."""
 
@@ -62,8 +62,8 @@ def with_cogging(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 def finding(tmp_path_factory: pytest.TempPathFactory) -> tuple[Finding, Path]:
     """Search two joints of which one is hidden something, while the other's torque scatters from cycle to cycle."""
     out, folder = tmp_path_factory.mktemp("out"), tmp_path_factory.mktemp("both")
-    entries = ENTRIES | {"amplitude_scatter": catalogue()["amplitude_scatter"]}
-    study = coupled_study_of(campaign(folder, {0: COG}, {1: (SCATTER, True)}), (0, 1), entries, {}, threads=2)
+    effects = EFFECTS | {"amplitude_scatter": catalogue()["amplitude_scatter"]}
+    study = coupled_study_of(campaign(folder, {0: COG}, {1: (SCATTER, True)}), (0, 1), effects, {}, threads=2)
     return find(study, out, kind="native", seed=0, starts=2, tell=ignore_progress), out
 
 
@@ -105,7 +105,7 @@ def test_what_is_hidden_in_each_joint_is_named_there(finding: tuple[Finding, Pat
 
 
 def test_where_nothing_is_hidden_nothing_is_found(tmp_path: Path):
-    study = coupled_study_of(campaign(tmp_path, {}), (0, 1), ENTRIES, {}, threads=2)
+    study = coupled_study_of(campaign(tmp_path, {}), (0, 1), EFFECTS, {}, threads=2)
     found = search(study, starts=2)
     assert found.best.adequate
     assert not found.best.solution.effects
@@ -113,10 +113,10 @@ def test_where_nothing_is_hidden_nothing_is_found(tmp_path: Path):
 
 def test_what_a_joints_own_test_has_named_belongs_to_the_base(with_cogging: Campaign):
     values = {"cogging_sin": COG["cog"] * np.cos(0.4), "cogging_cos": COG["cog"] * np.sin(0.4), "cogging_number": 9.0}
-    known = {0: (at_values(ENTRIES["cogging"], values),)}
-    plain = coupled_study_of(with_cogging, (0, 1), ENTRIES, {}, threads=2)
-    plain.equations([place_in_joint(ENTRIES["cogging"], 0)])
-    study = coupled_study_of(with_cogging, (0, 1), ENTRIES, known, threads=2)
+    known = {0: (at_values(EFFECTS["cogging"], values),)}
+    plain = coupled_study_of(with_cogging, (0, 1), EFFECTS, {}, threads=2)
+    plain.equations([place_in_joint(EFFECTS["cogging"], 0)])
+    study = coupled_study_of(with_cogging, (0, 1), EFFECTS, known, threads=2)
     assert study.base.parameter("cogging_number_0").fixed
     assert study.base.parameter("cogging_number_0").initial == 9.0
     assert set(study.in_si({q.id: q.initial for q in study.base.parameters})) == {"joint1_cogging"}
@@ -126,7 +126,7 @@ def test_what_a_joints_own_test_has_named_belongs_to_the_base(with_cogging: Camp
 
 
 def test_the_scales_of_a_joint_are_its_own(with_cogging: Campaign):
-    study = coupled_study_of(with_cogging, (0, 1), ENTRIES, {})
+    study = coupled_study_of(with_cogging, (0, 1), EFFECTS, {})
     assert isinstance(study, CoupledStudy)
     theta = {q.id: q.initial for q in study.base.parameters}
     first, second = study.scales(0, theta), study.scales(1, theta)

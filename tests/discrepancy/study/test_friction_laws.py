@@ -39,7 +39,7 @@ def campaign(tmp_path_factory) -> Path:
 def test_a_study_leaves_out_what_the_law_has_no_slot_for(campaign: Path):
     study = study_of(read_campaign(campaign), 4, catalogue())
     families = {key for key, effect in catalogue().items() if effect.torque_only}
-    assert set(catalogue()) - set(study.entries) - families == set(LAGGING)
+    assert set(catalogue()) - set(study.catalogue) - families == set(LAGGING)
     assert study.base.friction == ("dahl",)
     theta = {q.id: q.initial for q in study.base.parameters}
     for effect in study.in_si(theta).values():

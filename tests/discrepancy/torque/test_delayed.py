@@ -48,4 +48,4 @@ def test_the_study_has_the_delay_behind_it(study: TorqueStudy):
 )
 def test_the_delay_is_told(study: TorqueStudy, delay: float, told: str):
     finding = SimpleNamespace(search=SimpleNamespace(study=replace(study, delay=delay)))
-    assert TorqueFinding._told_of_delay.fget(finding) == told
+    assert TorqueFinding._delay_sentence.fget(finding) == told

@@ -53,8 +53,8 @@ def test_noise_white_or_slow_shows_no_wave():
     ("slides", "size", "named"), [(False, 0.01, ["cogging"]), (True, 0.01, ["cogging"]), (False, 0.0, [])]
 )
 def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides: bool, size: float, named: list[str]):
-    entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
-    found = search_torque(sweep(size, 151.0, slides=slides), entries, starts=1, seed=0, tell=ignore_progress)
+    listed = {key: effect for key, effect in catalogue().items() if key in KEYS}
+    found = search_torque(sweep(size, 151.0, slides=slides), listed, starts=1, seed=0, tell=ignore_progress)
     assert [effect.key for effect in found.final.effects] == named
     if named:
         assert found.final.values["cogging_number"] == pytest.approx(151.0, abs=0.5)
@@ -62,9 +62,9 @@ def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides: bo
 
 
 def test_the_harmonics_of_a_ripple_are_one_name():
-    entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
+    listed = {key: effect for key, effect in catalogue().items() if key in KEYS}
     study = sweep(0.01, 9.0, (1.0, 0.6, 0.5))
-    found = search_torque(study, entries, starts=1, seed=0, tell=ignore_progress)
+    found = search_torque(study, listed, starts=1, seed=0, tell=ignore_progress)
     assert [effect.key for effect in found.final.effects] == ["cogging:harmonics"]
     values = found.final.values
     assert values["cogging_number"] == pytest.approx(9.0, abs=0.05)
@@ -73,15 +73,15 @@ def test_the_harmonics_of_a_ripple_are_one_name():
 
 
 def test_teeth_and_poles_are_two_waves_under_one_name():
-    entries = {key: catalogue()[key] for key in ("cogging", "cogging:second", "cubic_spring", "quadratic_drag")}
+    listed = {key: catalogue()[key] for key in ("cogging", "cogging:second", "cubic_spring", "quadratic_drag")}
     study = sweep(0.01, 24.0)
     (run,) = study.runs  # from position to torque
     both = replace(study, runs=(run.but(y=run.y + 0.004 * np.sin(61.0 * run.u)),))
-    found = search_torque(both, entries, starts=1, seed=0, tell=ignore_progress)
+    found = search_torque(both, listed, starts=1, seed=0, tell=ignore_progress)
     assert [effect.key for effect in found.final.effects] == ["cogging", "cogging:second"]
     numbers = [found.final.values[id] for id in ("cogging_number", "second_cogging_number")]
     assert numbers == pytest.approx([24.0, 61.0], abs=0.2)
-    alone = search_torque(study, entries, starts=1, seed=0, tell=ignore_progress)
+    alone = search_torque(study, listed, starts=1, seed=0, tell=ignore_progress)
     assert [effect.key for effect in alone.final.effects] == ["cogging"]
 
 

@@ -53,5 +53,5 @@ def starts_of(effect: Effect) -> dict[str, float]:
 
 def search(waves: float, size: float) -> TorqueSearch:
     """Search in a sweep over 1 rad with white noise of 1 mN m."""
-    entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
-    return search_torque(sweep(size, waves), entries, starts=1, seed=0, tell=ignore_progress)
+    listed = {key: effect for key, effect in catalogue().items() if key in KEYS}
+    return search_torque(sweep(size, waves), listed, starts=1, seed=0, tell=ignore_progress)

@@ -80,9 +80,9 @@ def test_expected_evidence_is_what_a_refit_of_the_rival_to_the_new_runs_leaves(
     delay = {"time_delay": {"delay": 0.004}}
     known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
     make_joint_campaign(tmp_path, 3, TRUTH, inputs, effects=delay, sensor=Sensor(noise=noise), known=known, seed=5)
-    entries = catalogue()
-    study = study_of(read_campaign(tmp_path), 3, entries)
-    late, lag = (entries[key] for key in ("time_delay", "amplifier_lag:rest"))
+    listed = catalogue()
+    study = study_of(read_campaign(tmp_path), 3, listed)
+    late, lag = (listed[key] for key in ("time_delay", "amplifier_lag:rest"))
     winner = solve(study, (late,), Noise(), TRUTH | {"delay_time": 0.004}, iterations=60, tolerance=1e-4)
     study = without_noise(study, winner)
     winner = solve(study, (late,), Noise(), winner.values, x0=winner.x0, iterations=60, tolerance=1e-8)
@@ -111,10 +111,10 @@ def test_a_rival_counts_as_far_as_it_is_from_the_nearest_variant_of_the_winner(t
     """A run that tells the settled lag from a delay may not tell the one that was at rest from it."""
     inputs = [Cosine(amplitude=0.008, frequency=1.5, duration=8.0, spacing=0.02)]
     make_joint_campaign(tmp_path, 3, TRUTH, inputs, effects={"time_delay": {"delay": 0.004}}, sensor=Sensor(noise=2e-4))
-    entries = catalogue()
-    study = study_of(read_campaign(tmp_path), 3, entries)
+    listed = catalogue()
+    study = study_of(read_campaign(tmp_path), 3, listed)
     fits = {
-        key: solve(study, (entries[key],), Noise(), TRUTH | {parameter: 0.004})
+        key: solve(study, (listed[key],), Noise(), TRUTH | {parameter: 0.004})
         for key, parameter in (
             ("amplifier_lag:rest", "lag_time"),
             ("amplifier_lag:settled", "settled_lag_time"),

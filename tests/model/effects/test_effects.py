@@ -1,4 +1,4 @@
-"""Every entry of the catalogue: neutral at zero, differentiable, of the stated dimensions, the same as an FMU."""
+"""Every effect of the catalogue: neutral at zero, differentiable, of the stated dimensions, the same as an FMU."""
 
 from __future__ import annotations
 
@@ -225,8 +225,8 @@ def test_the_example_of_the_how_to_is_an_entry(tmp_path: Path):
     text = (ROOT / "docs" / "how-to" / "find_missing_physics.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (tmp_path / "seal.py").write_text(code, encoding="utf-8")
-    (entry,) = load_folder(tmp_path).values()
-    effect = entry.at(SCALES)
+    (loaded,) = load_folder(tmp_path).values()
+    effect = loaded.at(SCALES)
     k = CompiledKernel.of(joint_equations(4, effects=[effect]))
     moved = [k.simulate(T, U, [*vector(TENDON), a], START)[:, 0] for a in (0.0, effect.parameters[0].initial)]
     np.testing.assert_allclose(moved[0], KERNEL.simulate(T, U, vector(TENDON), START)[:, 0], rtol=0, atol=1e-12)

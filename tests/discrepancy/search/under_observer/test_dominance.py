@@ -16,10 +16,10 @@ from tests.discrepancy.finding.test_finding import TRUTH, study_with
 @pytest.mark.long
 def test_a_one_sided_spring_is_told_beside_an_end_stop(tmp_path: Path):
     """A cable of 45 N/m from 2 mm on was named an end stop, and the spring that does as well nowhere."""
-    entries = {key: catalogue()[key] for key in ("end_stop:upper", "asymmetric_spring:knee", "torque_ripple")}
+    listed = {key: catalogue()[key] for key in ("end_stop:upper", "asymmetric_spring:knee", "torque_ripple")}
     spring = {"stop_upper": TRUTH["epos"], "stop_lower": -1e9, "stop_stiffness": 0.03, "stop_damping": 0.0}
     hidden = {"end_stop": spring, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
-    study = study_with(tmp_path / "c", hidden, entries)
+    study = study_with(tmp_path / "c", hidden, listed)
     found = search(study, starts=2)
     assert found.standing == ("end_stop:upper",)
     assert [t.solution.keys for t in found.standing_rivals] == [("asymmetric_spring:knee",)]

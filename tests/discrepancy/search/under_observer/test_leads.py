@@ -29,8 +29,8 @@ HIDDEN = {"amplifier_dead_band": {"dead_band": 0.0012}, "asymmetric_viscous": {"
 def tools(study: Study) -> tuple[Searcher, Solution]:
     study, base = fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress)
     white, plain = under_own_noise(study, base)
-    entries, found, first = score_catalogue(study, plain, ignore_progress)
-    return Searcher(study, entries, found, first.tests, ignore_progress), white
+    listed, found, first = score_catalogue(study, plain, ignore_progress)
+    return Searcher(study, listed, found, first.tests, ignore_progress), white
 
 
 def searched(study: Study) -> Led:
@@ -51,10 +51,10 @@ def test_two_large_effects_are_chosen_one_by_one(tmp_path: Path):
 
 @pytest.mark.long
 def test_a_name_stands_where_no_other_effect_comes_near_though_something_is_left(tmp_path: Path):
-    # The smaller effect is no entry, and no other entry acts as it does.
-    entries = {key: catalogue()[key] for key in ("amplifier_dead_band:jump", "torque_ripple", "cubic_spring")}
+    # The smaller effect is not in the catalogue, and no other effect acts as it does.
+    listed = {key: catalogue()[key] for key in ("amplifier_dead_band:jump", "torque_ripple", "cubic_spring")}
     hidden = {"amplifier_dead_band": {"dead_band": 0.002}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
-    study = study_with(tmp_path / "c", hidden, entries)
+    study = study_with(tmp_path / "c", hidden, listed)
     found = search(study, starts=2)
     assert not found.best.adequate
     assert found.standing == ("amplifier_dead_band:jump",)
@@ -125,7 +125,7 @@ def test_the_gain_is_lower_where_the_observer_hides_what_is_missing(
     monkeypatch.setattr(leads, "signatures", lambda *_, **__: SimpleNamespace(simulations=0))
     study = SimpleNamespace(rows=ROWS, fitted=(1, 2))
     whole = SimpleNamespace(factory=Factory())
-    s: Any = SimpleNamespace(study=whole, side_by_side=lambda _: study, entries={}, simulations=0)
+    s: Any = SimpleNamespace(study=whole, side_by_side=lambda _: study, catalogue={}, simulations=0)
     nominal: Any = SimpleNamespace(values={})
     at = begin_under_observer(s, nominal)
     assert at.gains == gains

@@ -14,7 +14,7 @@ from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.logged_table import is_table, read_logged_table
 from haptid.measurement.making.usable_rows import wrap_period
 from haptid.support.errors import InputError
-from tests.measurement.test_real_tables import ARM, run_init
+from tests.measurement.making.test_real_tables import ARM, run_init
 
 COUNTS = 4096
 STEP = 2.0 * math.pi / COUNTS

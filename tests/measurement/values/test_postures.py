@@ -23,7 +23,7 @@ from haptid.measurement.values.postures import join_postures, locked_posture
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
 
-ARM = Path(__file__).parents[2] / "docs" / "examples" / "two_joints.urdf"
+ARM = Path(__file__).parents[3] / "docs" / "examples" / "two_joints.urdf"
 ALL = ("campaign", "sensor", "joint", "runs", "controller")
 T = np.arange(1000) * 0.002
 

@@ -32,6 +32,12 @@ def test_the_architecture_is_that_of_the_contracts():
     assert "| 2 | `equations/` |" in page
 
 
+def test_the_one_name_says_which_types_come_in_and_go_out():
+    taken, _, given = architecture.first_sentence(ROOT / "haptid").partition(" in; ")
+    assert "`Campaign`" in taken
+    assert {"`Identified`", "`Posteriors`", "`Missing`"} <= {word.strip(",") for word in given.split()}
+
+
 def test_the_figure_of_the_data_flow_is_that_of_the_script():
     assert text_of(architecture.FIGURE) == architecture.data_flow(), "run python -m docs.generate"
 

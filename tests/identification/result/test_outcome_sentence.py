@@ -13,9 +13,9 @@ from haptid.identification.output.summary import attention
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.outcome_sentence import tell_outcome
 from haptid.identification.sequence.result_json import step_json
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.told_outcome import tell_outcome
 from tests.identification.bench_joint import equations, runs, simulator
 
 

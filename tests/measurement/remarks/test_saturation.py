@@ -12,7 +12,7 @@ from haptid.measurement.remarks.saturation import find_saturation
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.drive import Controller, Drive
-from tests.measurement.test_suspicions import a_run
+from tests.measurement.remarks.test_suspicions import a_run
 
 T = np.arange(0.0, 10.0, 2e-3)
 SINE = np.sin(2.0 * T)

@@ -19,7 +19,7 @@ import haptid
 from docs.parts.shown_code import blocks_of, check_command, commands_of
 from haptid import Campaign, Identified, Missing, Posteriors
 from haptid.command_line import main
-from haptid.discrepancy.job.job import entries_without
+from haptid.discrepancy.job.job import catalogue_without
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.support.installing.environment import ROOT
 from tests.identification.plain_joint import plain_run
@@ -165,5 +165,5 @@ def test_the_campaign_about_an_fmu_of_a_page_is_accepted(tmp_path: Path):
 
 def test_the_effect_of_a_page_enters_the_catalogue(tmp_path: Path):
     (tmp_path / "seal_drag.py").write_text(shown("find_missing_physics.md", "python", '"""Friction'), encoding="utf-8")
-    entries = entries_without((), tmp_path)
-    assert entries["seal_drag"].parameters[0].id == "seal"
+    effects = catalogue_without((), tmp_path)
+    assert effects["seal_drag"].parameters[0].id == "seal"

@@ -91,7 +91,7 @@ def test_campaigns_are_found_and_named(tmp_path: Path):
     with pytest.raises(InputError, match="names of their own"):
         campaigns_in([tmp_path, tmp_path / "a"])
     with pytest.raises(InputError, match="expected a campaign or a folder of campaigns, got none"):
-        campaigns_in([tmp_path / "a", ROOT / "tests" / "fleet"])
+        campaigns_in([tmp_path / "a", ROOT / "tests" / "haptid" / "fleet"])
 
 
 def write_device(folder: Path) -> None:

@@ -11,7 +11,7 @@ from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.checks.summary import summarise, tell_table
 from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.values.campaign import Campaign
-from tests.measurement.test_suspicions import a_run
+from tests.measurement.remarks.test_suspicions import a_run
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from haptid.support.errors import HaptidError, InputError
 from haptid.support.files import folder_lock
 from haptid.support.files.folder_lock import NAME, lock_folder
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 HOLDER = """
 import sys, time
 from pathlib import Path

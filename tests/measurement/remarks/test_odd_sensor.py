@@ -10,7 +10,7 @@ import pytest
 from haptid.measurement.remarks.between_runs import find_correlated_noise, find_odd_sensors
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.run import Array, Run
-from tests.measurement.test_suspicions import a_run, in_steps, moved
+from tests.measurement.remarks.test_suspicions import a_run, in_steps, moved
 
 STEP = 7.7e-4
 

@@ -17,7 +17,7 @@ from haptid.measurement.remarks.torque_sign import wrong_signs
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
-from tests.measurement.test_suspicions import a_run
+from tests.measurement.remarks.test_suspicions import a_run
 
 
 def fast_runs(omegas: Sequence[float] = (9.0, 14.0, 20.0), viscous: float = 1e-3) -> list[Run]:

@@ -11,8 +11,8 @@ import pytest
 from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.signals.gaps import find_gaps
-from tests.measurement.test_real_tables import run_init
-from tests.measurement.test_usable_rows import STEP, make, table
+from tests.measurement.making.test_real_tables import run_init
+from tests.measurement.making.test_usable_rows import STEP, make, table
 
 ROWS = 1500
 EVEN = 0.002 * np.arange(ROWS)
