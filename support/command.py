@@ -97,11 +97,18 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             )
             click.echo(f"error: {told}; {_wrote_anything()}{shorten(todo, 100)}", err=True)
             sys.exit(HaptidError.exit_code)
-        except KeyboardInterrupt as stop:
-            click.echo(f"interrupted: {_wrote_anything()}", err=True)
-            sys.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+        except (KeyboardInterrupt, click.Abort) as stop:
+            sys.exit(_tell_interruption(stop))
 
     return wrapped
+
+
+def _tell_interruption(stop: BaseException) -> int:
+    """Tell on stderr that the command was interrupted, and return its exit code."""
+    if isinstance(stop, click.Abort):  # Ctrl-C, or the end of the replies, at a question: its line is open
+        click.echo(err=True)
+    click.echo(f"interrupted: {_wrote_anything()}", err=True)
+    return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
 
 
 def _nobody_reads() -> bool:

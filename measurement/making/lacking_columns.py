@@ -129,6 +129,35 @@ def tell_how_to_name(
     return next((told for told in (wider, whole) if len(told) <= LONGEST_REMEDY), remedy.shortest())
 
 
+def propose_target(
+    signal: str, column: str, columns: Sequence[str], numbers_of: Callable[[str], Array] | None
+) -> tuple[str, str]:
+    """Propose what a column is, where it is the one that is most likely meant by a signal.
+
+    Parameters
+    ----------
+    signal
+        ``time``, ``torque`` or ``position``.
+    column
+        Name of the column.
+    columns
+        Names of all columns of the table.
+    numbers_of
+        As `mapping.free_joints` takes it.
+
+    Returns
+    -------
+    goal, note : str
+        Column of the campaign format with the factor, of the joint that the name tells, or joint 0, and what else its
+        unit may be; both empty where another column is more likely, or none is.
+    """
+    likeliest, goal = _likeliest_column(signal, [name for name in columns if not KNOWN.fullmatch(name)])
+    if column != likeliest:
+        return "", ""
+    number = re.search(rf"(?<!\d){JOINT}(?!\d)", column)
+    return _choose_unit(column, goal.format(int(number.group()) if number else 0), numbers_of)
+
+
 def is_prismatic_joint(joint: int, columns: Sequence[str]) -> bool:
     """Whether the position of a joint is a length, by its column or by the one that is likely meant.
 

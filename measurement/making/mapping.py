@@ -166,16 +166,14 @@ def free_joints(
     InputError
         Where no such joint or no ``time_s`` is there.
     """
-    driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
-    driven |= closed & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
+    driven = _driven_joints(columns, closed)
     seen = {int(found.group(1)) for name in columns if (found := POSITION.fullmatch(name))}
     found_joints = driven & seen if only is None else driven & seen & set(only)
     if not found_joints or "time_s" not in columns:
         if not driven:
             _refuse_share_of_torque(columns, file)
             _refuse_reference_alone(columns, file, seen)
-        parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
-        lacking = [word for there, word in parts if not there]
+        lacking = lacking_signals(columns, closed)
         todo = (
             tell_how_to_name(lacking, columns, driven | seen, numbers_of)
             if lacking
@@ -183,6 +181,32 @@ def free_joints(
         )
         raise InputError(file, expected=COLUMNS_NEEDED, got=", ".join(columns), todo=todo)
     return tuple(sorted(found_joints))
+
+
+def lacking_signals(columns: Sequence[str], closed: frozenset[int] = frozenset()) -> list[str]:
+    """Find the signals that a table lacks for a fit.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns in the campaign format.
+    closed
+        Joints whose controller is known.
+
+    Returns
+    -------
+    list of str
+        Of ``time``, ``torque`` (anything that drives a joint) and ``position``, in this order.
+    """
+    driven, seen = _driven_joints(columns, closed), any(POSITION.fullmatch(name) for name in columns)
+    parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (seen, "position"))
+    return [word for there, word in parts if not there]
+
+
+def _driven_joints(columns: Sequence[str], closed: frozenset[int]) -> set[int]:
+    """Return the joints whose torque, or what makes it, a table holds."""
+    driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
+    return driven | closed & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
 
 
 def _refuse_reference_alone(columns: list[str], file: str, seen: set[int]) -> None:
