@@ -175,7 +175,7 @@ def _plain_times(tables: Sequence[Table], stated: Mapping[str, Target], step: fl
     """Return the times without a unit of tables that have one such column each, where the rows' interval tells it."""
     found: dict[str, Target] = {}
     for table in tables:
-        names = _names(table, stated, step)
+        names = names_of(table, stated, step)
         times = [column for column in table.columns if is_bare_time(column)]
         if "time_s" in names or len(times) != 1:
             continue
@@ -193,7 +193,23 @@ def _understand(table: Table, replies: Mapping[str, Target], step: float | None)
         return dict(replies)
 
 
-def _names(table: Table, replies: Mapping[str, Target], step: float | None) -> list[str]:
+def names_of(table: Table, replies: Mapping[str, Target], step: float | None) -> list[str]:
+    """Name the columns of a table as the campaign format has them.
+
+    Parameters
+    ----------
+    table
+        The user's table.
+    replies
+        What flags or replies say of columns.
+    step
+        Size of an encoder count [rad] or [m]; None where it is not stated.
+
+    Returns
+    -------
+    list of str
+        Names of the format, where they are stated or understood; else the user's.
+    """
     known = _understand(table, replies, step)
     return [known[column].name if column in known else column for column in table.columns]
 
@@ -201,7 +217,7 @@ def _names(table: Table, replies: Mapping[str, Target], step: float | None) -> l
 def _find_fault(tables: Sequence[Table], answers: Answers) -> tuple[Table, InputError, list[str]] | None:
     """Return the first table that no fit could use, its error, and the signals that it lacks."""
     for table in tables:
-        names = _names(table, answers.stated, answers.resolution)
+        names = names_of(table, answers.stated, answers.resolution)
         try:
             understand_columns(table.columns, answers.stated, answers.resolution)
             free_joints(names, str(table.path), answers.free, numbers_of=table.loosely)

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from haptid.measurement.asking.columns import ask_all_columns, ask_lacking_columns
+from haptid.measurement.asking.columns import ask_all_columns, ask_lacking_columns, names_of
 from haptid.measurement.asking.questions import (
     ask_constant,
     ask_facts,
@@ -25,7 +25,7 @@ from haptid.measurement.asking.questions import (
 )
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.from_flags import answers_of, complete
-from haptid.measurement.making.mapping import Target
+from haptid.measurement.making.mapping import Target, refuse_reference_alone
 from haptid.measurement.making.prepared import (
     PreparedTable,
     current_constants,
@@ -85,6 +85,8 @@ def ask_until_agreed(
     InputError
         Where the tables are at fault, and not a reply.
     """
+    for table in tables:
+        refuse_reference_alone(names_of(table, stated, flags["resolution"]), str(table.path), table.loosely)
     # Where the sensor is stated, the command may be one of a script: nothing is asked at its end.
     talk = _Talk(folder, tables, flags, stated)
     while True:

@@ -9,7 +9,13 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.lacking_columns import holds_likely, is_prismatic_joint, tell_how_to_name
+from haptid.measurement.making.lacking_columns import (
+    find_followed,
+    holds_likely,
+    is_prismatic_joint,
+    silent_columns,
+    tell_how_to_name,
+)
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
@@ -172,7 +178,7 @@ def free_joints(
     if not found_joints or "time_s" not in columns:
         if not driven:
             _refuse_share_of_torque(columns, file)
-            _refuse_reference_alone(columns, file, seen)
+            refuse_reference_alone(columns, file, numbers_of)
         lacking = lacking_signals(columns, closed)
         todo = (
             tell_how_to_name(lacking, columns, driven | seen, numbers_of)
@@ -209,18 +215,37 @@ def _driven_joints(columns: Sequence[str], closed: frozenset[int]) -> set[int]:
     return driven | closed & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
 
 
-def _refuse_reference_alone(columns: list[str], file: str, seen: set[int]) -> None:
-    """Refuse a position beside what it is to follow, as state and action of a robot's data set, and nothing else."""
-    followed = seen & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
-    if not followed or "time_s" not in columns or holds_likely("torque", columns):
+def refuse_reference_alone(columns: Sequence[str], file: str, numbers_of: Callable[[str], Array] | None = None) -> None:
+    """Refuse a position beside what it is to follow, as state and action of a robot's data set, and nothing else.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns, in the campaign format where they are known.
+    file
+        Name of the table, for errors.
+    numbers_of
+        As `free_joints` takes it.
+
+    Raises
+    ------
+    InputError
+        Where no column drives a joint, or may do so, and there is a position with its reference.
+    """
+    position, reference = find_followed(columns, numbers_of)
+    is_named = POSITION.fullmatch(position) is not None and REFERENCE.fullmatch(reference) is not None
+    if not reference or holds_likely("torque", columns) or any(TORQUE.fullmatch(name) for name in columns):
         return
-    joint = min(followed)
+    # Where the user has named both, what is left is not meant to be used.
+    if not is_named and silent_columns(columns):
+        return
+    joint = int(found.group(1)) if (found := POSITION.fullmatch(position)) else 0
     todo = (
-        f"log one of them, or state the position controller: [joint.{joint}.controller] in a campaign.toml of your "
-        "own, or joints= of Campaign.from_frames"
+        f"log one of them too, or state the position controller: [joint.{joint}.controller] in a campaign.toml, "
+        "or joints= of Campaign.from_frames"
     )
-    expected = f"torque, current, voltage or duty of joint {joint}"
-    raise InputError(file, expected=expected, got="its position and reference alone", todo=todo)
+    got = "its position and reference alone" if is_named else f"{position} and its target {reference} alone"
+    raise InputError(file, expected=f"torque, current, voltage or duty of joint {joint}", got=got, todo=todo)
 
 
 def _which_joints(driven: Collection[int], seen: Collection[int], only: tuple[int, ...] | None) -> str:
