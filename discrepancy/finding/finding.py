@@ -188,7 +188,7 @@ def find(
     accuracy = of_refit(refitted, _effects_json(finding), _gaps_json(finding), origin or Origin(), seed)
     law = (found.law.id,) if found.law else ()
     name = "_".join((study.name, *law, *(e.id for e in best.solution.effects)))
-    rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy)
+    rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy, max(run.largest_torque for run in study.fitted))
     return replace(finding, rebuilt=rebuilt, wall_s=time.perf_counter() - began)
 
 
