@@ -12,7 +12,7 @@ import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
 from haptid.measurement.making.prepared import PreparedTable
-from haptid.measurement.signals.noise import estimate_noise
+from haptid.measurement.signals.noise import estimate_noise, write_estimated_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
@@ -187,9 +187,12 @@ def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> t
         Standard deviation and step [rad] ([m]); None where they are to be estimated from the data.
     """
     noises, steps = _estimate_sensor(prepared)
-    noise = _ask_estimated("Standard deviation of the position's noise [rad]", "noise", noises)
+    # As haptid check writes it: where readings rest on the encoder's levels, the step hides the noise.
+    written = [write_estimated_noise(*pair) for pair in sorted(zip(noises, steps, strict=True))]
+    noise = _ask_estimated("Standard deviation of the position's noise [rad]", "noise", (written[0], written[-1]))
     if resolution is None:
-        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", steps)
+        ends = [f"{end:.2g}" for end in (min(steps), max(steps))]
+        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends)
     return noise, resolution
 
 
@@ -240,10 +243,9 @@ def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], li
     return noises, steps
 
 
-def _ask_estimated(question: str, what: str, estimates: Sequence[float]) -> float | None:
-    """Ask for a number; the default shows the estimates, and stands for estimating each run's own."""
-    ends = dict.fromkeys(f"{end:.2g}" for end in (min(estimates), max(estimates)))
-    default = f"estimated: {' to '.join(ends)}"
+def _ask_estimated(question: str, what: str, ends: Sequence[str]) -> float | None:
+    """Ask for a number; the default shows the least and the largest estimate, and stands for each run's own."""
+    default = f"estimated: {' to '.join(dict.fromkeys(ends))}"
 
     def read(reply: str) -> float | None:
         return None if reply == default else _number_of(reply, what, above=0.0)

@@ -1,5 +1,6 @@
 """What ``haptid init`` asks on a terminal: what lacks again, and what the user wants to change."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 
-from haptid.measurement import new
+from haptid.measurement import check, new
 from haptid.measurement.format.reading import read_campaign
 
 T = np.arange(400) * 0.005
@@ -114,3 +115,17 @@ def test_tables_without_a_column_that_could_be_asked_for_are_refused(tables: Pat
     done = talk(tables, FACTS)
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
     assert "no torque: add torque_0_Nm" in done.stderr
+
+
+def test_the_noise_below_an_encoder_step_is_told_as_check_tells_it(tables: Path, talk):
+    step, turned = 2 * np.pi / 256, 0.3 * np.sin(0.8 * T)  # so slow that the readings rest on each level
+    for path in tables.iterdir():
+        columns = {"time_s": T, "torque_0_Nm": np.cos(0.8 * T), "position_0_rad": np.round(turned / step) * step}
+        pd.DataFrame(columns).to_csv(path, index=False)
+    done = talk(tables, FACTS + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    asked = re.search(r"position's noise \[rad\] \[estimated: (\S+)\]", done.output)
+    assert asked is not None
+    assert asked[1] == f"<{step / 12**0.5:.2g}"
+    shown = CliRunner().invoke(check.main, [str(tables.parent / "made")]).output
+    assert f" {asked[1]} " in shown

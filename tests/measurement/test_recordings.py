@@ -413,7 +413,7 @@ def test_state_and_action_are_refused_at_once_without_a_torque_for_either(
     done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
     assert done.exit_code == 2, done.output
     # A long path leaves room for the ends of the columns' names.
-    told = r"expected torque, current, voltage or duty of joint 0, got ob\.\S+.*\S+ alone; log one of them too, or "
+    told = "torque, current, voltage or duty of joint 0, got obs.* alone; log one of them too, or state the position"
     assert re.search(told, done.output) is not None
     assert "--map" not in done.output
     assert len(done.output.splitlines()) == 1
