@@ -228,7 +228,8 @@ class Missing:
         -------
         Axes
             Measured − simulated position of a run over time [mrad] or [mm]; where the torque was searched, the residual
-            torque over position [mN m] or [mN]. From 1 on in rad, m, N m or N.
+            torque over position [mN m] or [mN]. From 1 on in rad, m, N m or N, a residual torque also where the drive's
+            torque reaches 1 N m (1 N).
 
         Raises
         ------

@@ -27,7 +27,7 @@ from haptid.identification.sequence.carried_fit import FILE
 from haptid.measurement.checks.motion import in_first_postures
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.report.discrepancy.stage_pictures import save, stage_figure
-from haptid.support.command import listening, parse_joints
+from haptid.support.command import listening, parse_joints, word_again
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
 from haptid.support.listener import Listener
@@ -105,7 +105,7 @@ def search_campaign(  # one argument an option
         # All are prepared before the first search begins, so that input is refused before any long work.
         alone = [prepare_alone(job, j) for j in chosen]
         _check_stage(alone, choices["stage"])
-        with _telling_kept(findings, chosen, several, listener):
+        with _telling_kept(findings, chosen, several):
             for search in alone:
                 findings |= _find(search, choices["stage"], listener)
             # These are prepared afterwards: their models hold what was found in the joints alone.
@@ -127,15 +127,13 @@ def _parse_together(free: str | None) -> tuple[int, ...] | None:
 
 
 @contextmanager
-def _telling_kept(
-    findings: Findings, alone: Sequence[int], several: Sequence[tuple[int, ...]], listener: Listener
-) -> Iterator[None]:
-    """Say which findings an interrupted search leaves, where there are any, and how the others are searched."""
+def _telling_kept(findings: Findings, alone: Sequence[int], several: Sequence[tuple[int, ...]]) -> Iterator[None]:
+    """Say with an interruption which findings are left, where there are any, and how the others are searched."""
     try:
         yield
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         if findings:
-            listener.note(_tell_kept(findings, alone, several))
+            stop.args = (_tell_kept(findings, alone, several),)
         raise
 
 
@@ -145,8 +143,9 @@ def _tell_kept(findings: Findings, alone: Sequence[int], several: Sequence[tuple
     options = [f"--joints {','.join(map(str, left))}"] if left else []
     options += [f"--free {','.join(map(str, joints))}" for joints in together]
     kept = ", ".join(f"discrepancy/{name}.json" for name in findings)
-    rest = f"; the rest is searched with {', then with '.join(options)}" if options else ""
-    return f"kept: {kept}{rest}"
+    commands = [word_again("missing", "discrepancy.run", ("--joint", "--joints", "--free"), one) for one in options]
+    rest = f"; go on with: {', then '.join(commands)}" if options else ""
+    return f"{kept} kept{rest}"
 
 
 def _prepare_together(

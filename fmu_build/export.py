@@ -27,6 +27,7 @@ from haptid.fmu_build.exchange.identification_json import (
     entries_of,
     friction_by_joint,
     inner_step_of,
+    largest_torque_of,
     of_device,
     of_joint,
     read_identification,
@@ -100,7 +101,7 @@ def export_full(
     )
     return build_fmu(
         equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy,
-        step=inner_step_of(identification),
+        step=inner_step_of(identification), largest_torque=largest_torque_of(identification),
     )  # fmt: skip
 
 
@@ -154,7 +155,7 @@ def export_joint(
     accuracy = without_replaced(accuracy_of_joint(identification, joint, folder), identified, found, equations)
     return build_fmu(
         equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy,
-        step=inner_step_of(identification, joint),
+        step=inner_step_of(identification, joint), largest_torque=largest_torque_of(identification, joint),
     )  # fmt: skip
 
 

@@ -7,18 +7,20 @@ import sys
 import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
 import tomli_w
 
+from haptid.measurement.asking.dialogue import ask_until_agreed
+from haptid.measurement.asking.questions import assume_facts, assume_validation
 from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.commands import init as main
-from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.making.answers import Answers, find_device, select_runs
+from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.from_flags import answers_of, complete
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.prepared import (
@@ -27,36 +29,20 @@ from haptid.measurement.making.prepared import (
     describe,
     describe_campaign,
     describe_drives,
-    lack_supply,
     map_currents,
     prepare_tables,
-    with_supply,
-)
-from haptid.measurement.making.questions import (
-    ask_columns,
-    ask_constant,
-    ask_facts,
-    ask_sensor,
-    ask_step,
-    ask_supply,
-    ask_whether_to_write,
-    assume_facts,
-    assume_validation,
 )
 from haptid.measurement.making.times import assume_seconds, with_seconds
-from haptid.measurement.making.units_in_names import in_counts, known_names
+from haptid.measurement.making.units_in_names import known_names
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import parse_joints, word_command
+from haptid.support.command import word_command
 from haptid.support.errors import LONGEST, InputError, one_line, shorten
 from haptid.support.files.files import is_file, write_bytes, write_text
 from haptid.support.numbers import count_of
-
-EXAMPLE_CONSTANT = 0.4
-"""Torque of an ampere [N m/A] that an error shows as an example."""
 
 
 def make_campaign(
@@ -98,16 +84,13 @@ def make_campaign(
     elif not asks:
         given, assumed = assume_validation(tables, given)
     assumed += timed
-    answers = _answers(folder, tables, given, stated, asks=asks)
-    with _all_that_lacks(tables, answers, origin=given["measured"] is not None or asks, asks=asks):
-        prepared = _with_supply(prepare_tables(tables, answers), answers.supply, asks=asks)
-        _refuse_absent_joints(prepared, str(answers.device))
-        answers = _with_constant(answers, prepared, asks=asks)
-    click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
-    if asks and given["noise"] is None:
-        noise, resolution = ask_sensor(prepared, answers.resolution)
-        answers = replace(answers, noise=noise, resolution=resolution)
-        ask_whether_to_write()
+    if asks:
+        answers, prepared = ask_until_agreed(folder, tables, given, stated, layouts)
+    else:
+        answers = answers_of(folder, tables, given, stated)
+        with _all_that_lacks(tables, answers, origin=given["measured"] is not None):
+            prepared = complete(prepare_tables(tables, answers), answers)
+        click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
     assumed += _assume_one_constant(prepared, answers)
     written = _write_checked(out, folder, prepared, answers)
     if assumed:
@@ -272,34 +255,8 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
     return [one.table for one in read], [f"{one.table.file_name}: {one.about}" for one in read if one.about]
 
 
-def _answers(
-    folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target], *, asks: bool
-) -> Answers:
-    names = [table.file_name for table in tables]
-    if asks:
-        flags = ask_facts(folder, tables, flags)
-        if flags["resolution"] is None and _holds_counts(tables, stated):
-            flags["resolution"] = ask_step()
-        stated = ask_columns(tables[0], stated, flags["resolution"])
-    _check_numbers(flags)
-    return Answers(
-        title=flags["title"] or folder.resolve().name,
-        device=find_device(flags["device"] or SINGLE_JOINT, folder),
-        measured=bool(flags["measured"]),
-        hold=flags["hold"],
-        noise=flags["noise"],
-        resolution=flags["resolution"],
-        validate=select_runs(flags["validate"], names),
-        free=parse_joints(flags["free"], "--free"),
-        stated=stated,
-        torque_constant=flags["torque_constant"],
-        resistance=flags["resistance"],
-        supply=flags["supply"],
-    )
-
-
 @contextmanager
-def _all_that_lacks(tables: list[Table], answers: Answers, *, origin: bool, asks: bool) -> Iterator[None]:
+def _all_that_lacks(tables: list[Table], answers: Answers, *, origin: bool) -> Iterator[None]:
     """Add to an error within the block the other options that lack: one refusal after another is tedious.
 
     ``origin`` says whether it is known where the data come from.
@@ -307,7 +264,7 @@ def _all_that_lacks(tables: list[Table], answers: Answers, *, origin: bool, asks
     try:
         yield
     except InputError as error:
-        options = _options_that_lack(tables, answers, error, origin=origin, asks=asks)
+        options = _options_that_lack(tables, answers, error, origin=origin)
         # An error without an option to give, as of a damaged cell, is another matter.
         if "--" not in error.todo or not options:
             raise
@@ -319,93 +276,21 @@ def _all_that_lacks(tables: list[Table], answers: Answers, *, origin: bool, asks
         raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
 
 
-def _options_that_lack(
-    tables: list[Table], answers: Answers, error: InputError, *, origin: bool, asks: bool
-) -> list[str]:
+def _options_that_lack(tables: list[Table], answers: Answers, error: InputError, *, origin: bool) -> list[str]:
     """List the options that lack beside those that an error names."""
     options = []
     known = known_names(tables[0].columns, answers.stated)
     a_torque = any(name.startswith(("torque_", "force_")) for name in known)
     a_current = any(name.startswith("current_") for name in known) or "=current_" in error.todo
-    if a_current and not a_torque and not asks and answers.torque_constant is None:
+    if a_current and not a_torque and answers.torque_constant is None:
         options.append("--torque-constant [N m/A]")
     if not origin:
         options.append("--measured or --synthetic")
     return [option for option in options if option not in error.todo]
 
 
-def _check_numbers(flags: dict[str, Any]) -> None:
-    """Refuse numbers that no motor and no sensor has."""
-    constant = flags["torque_constant"]
-    if constant is not None and not 0.0 < abs(constant) < float("inf"):
-        raise InputError("--torque-constant", expected="a number of N m/A or N/A, not 0", got=f"{constant:g}")
-    if flags["resistance"] is not None and not 0.0 < flags["resistance"] < float("inf"):
-        raise InputError("--resistance", expected="a number of ohms above 0", got=f"{flags['resistance']:g}")
-    if flags["supply"] is not None and not 0.0 < flags["supply"] < float("inf"):
-        raise InputError("--supply", expected="a number of volts above 0", got=f"{flags['supply']:g}")
-    for name in ("noise", "resolution"):
-        if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
-            where = f"--{name}"
-            raise InputError(where, expected="a number of rad, at least 0", got=f"{flags[name]:g}")
-
-
-def _with_constant(answers: Answers, prepared: list[PreparedTable], *, asks: bool) -> Answers:
-    """Return the answers with the torque of an ampere, where a current was recorded in place of a torque."""
-    keys = current_constants(prepared)
-    if answers.torque_constant is not None or not keys:
-        return answers
-    if asks:
-        return replace(answers, torque_constant=ask_constant(next(iter(keys.values()))))
-    (joint, key), *_ = keys.items()
-    unit = "N/A" if key.startswith("force") else "N m/A"
-    todo = f"state it by --torque-constant [{unit}]; 1 where nobody knows it: masses and friction are then in amperes"
-    if len(keys) > 1:
-        # Two show how: the options of six joints would be cut within a name.
-        own = " ".join([*map_currents(prepared, EXAMPLE_CONSTANT).values()][:2])
-        todo = f"state it by --torque-constant [{unit}] where it is that of all motors, or each by {own}"
-    where = f"current_{joint}_A"
-    raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
-
-
-def _with_supply(prepared: list[PreparedTable], volts: float | None, *, asks: bool) -> list[PreparedTable]:
-    """Return the tables with the stated supply, where a duty was recorded without one."""
-    lacking = lack_supply(prepared)
-    if volts is not None and not lacking:
-        got = "tables that hold their supply, or no duty"
-        raise InputError("--supply", expected="a duty without a column supply_V", got=got, todo="leave it out")
-    if not lacking:
-        return prepared
-    if volts is None and not asks:
-        todo = (
-            "state the voltage of the motor's amplifier by --supply [V], or name its column by --map 'COLUMN=supply_V'"
-        )
-        raise InputError(lacking[0], expected="the supply of which a duty is a share", got="a duty alone", todo=todo)
-    return with_supply(prepared, ask_supply() if volts is None else volts)
-
-
-def _refuse_absent_joints(prepared: list[PreparedTable], device: str) -> None:
-    """Refuse joints that the device lacks, in words of the user's own columns."""
-    count = joint_count(device)
-    if count is None:
-        return
-    for one in prepared:
-        absent = [joint for joint in one.free if joint >= count]
-        if absent:
-            name = Path(device).name
-            columns = [column for column, target in one.targets.items() if target.name == f"position_{absent[0]}_rad"]
-            got = f"joint {absent[0]}" + (f" of column {columns[0]!r}" if columns else "")
-            todo = f"name the joint by --map '{columns[0] if columns else 'q'}=position_0_rad', or another --device"
-            raise InputError(one.file, expected=f"joints 0 to {count - 1} of {name}", got=got, todo=todo)
-
-
 def _can_ask() -> bool:
     return sys.stdin.isatty()
-
-
-def _holds_counts(tables: list[Table], stated: dict[str, Target]) -> bool:
-    """Whether a position without a stated factor is in encoder counts."""
-    names = {name for table in tables for name in table.columns if name not in stated}
-    return any(in_counts(name) for name in names)
 
 
 def _write(folder: Path, prepared: list[PreparedTable], answers: Answers) -> None:

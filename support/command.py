@@ -9,11 +9,12 @@ import errno
 import functools
 import os
 import select
+import shlex
 import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -97,11 +98,19 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             )
             click.echo(f"error: {told}; {_wrote_anything()}{shorten(todo, 100)}", err=True)
             sys.exit(HaptidError.exit_code)
-        except KeyboardInterrupt as stop:
-            click.echo(f"interrupted: {_wrote_anything()}", err=True)
-            sys.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+        except (KeyboardInterrupt, click.Abort) as stop:
+            sys.exit(_tell_interruption(stop))
 
     return wrapped
+
+
+def _tell_interruption(stop: BaseException) -> int:
+    """Tell on stderr that the command was interrupted, and return its exit code."""
+    if isinstance(stop, click.Abort):  # Ctrl-C, or the end of the replies, at a question: its line is open
+        click.echo(err=True)
+    # Who knows more than that says it with the interruption.
+    click.echo(f"interrupted: {one_line(str(stop)) or _wrote_anything()}", err=True)
+    return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
 
 
 def _nobody_reads() -> bool:
@@ -157,6 +166,35 @@ def word_command(verb: str, module: str) -> str:
     if context is None or (context.parent is not None and context.find_root().info_name == "haptid"):
         return f"haptid {verb}"
     return f"python -m {module}"
+
+
+def word_again(verb: str, module: str, without: Collection[str], options: str) -> str:
+    """Return the command that the user typed, with other options: how an interrupted one goes on.
+
+    Parameters
+    ----------
+    verb, module
+        As `word_command` takes them.
+    without
+        Options with a value that are left out, as ``--joints``.
+    options
+        Options that stand in their place.
+
+    Returns
+    -------
+    str
+        As it is typed, quoted where a shell needs it.
+    """
+    command = word_command(verb, module)
+    # Below haptid the command's own name is the first argument.
+    typed = iter(sys.argv[2:] if command.startswith("haptid") else sys.argv[1:])
+    kept = []
+    for argument in typed:
+        if argument in without:
+            next(typed, None)
+        elif argument.partition("=")[0] not in without:
+            kept.append(argument)
+    return " ".join(filter(None, (command, shlex.join(kept), options)))
 
 
 def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] | None:

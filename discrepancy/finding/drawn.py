@@ -49,10 +49,13 @@ class TorqueLeft:
         Position [rad] ([m]) and the torque left before and after the search [N m] ([N]), shape (3, n) a run.
     noise
         RMS of the torque's white noise [N m] ([N]).
+    largest
+        Largest measured torque [N m] ([N]), which chooses the unit; 0 where an earlier version did not store it.
     """
 
     stretches: tuple[Array, ...]
     noise: float
+    largest: float = 0.0
 
     @classmethod
     def of(cls, finding: TorqueFinding) -> TorqueLeft:
@@ -72,7 +75,7 @@ class TorqueLeft:
             unseen = found.study.unseen_rows[k]
             columns = (run.u[:, 0], found.base.residual[k], found.final.residual[k])
             stretches.append(np.stack([column[unseen] for column in columns]))
-        return cls(stretches=tuple(stretches), noise=finding.gaps["validate"].noise)
+        return cls(stretches=tuple(stretches), noise=finding.gaps["validate"].noise, largest=finding.largest_torque)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,7 +155,9 @@ class Drawn:
             "prismatic": [bool(slides) for slides in self.prismatic],
             "curves": [_run_json(curve.run) for curve in self.curves],
             "maps": [{"variable": part.variable, "labels": list(part.labels)} for part in self.maps],
-            "torque": None if left is None else {"stretches": len(left.stretches), "noise": left.noise},
+            "torque": None
+            if left is None
+            else {"stretches": len(left.stretches), "noise": left.noise, "largest": left.largest},
         }
 
     @classmethod
@@ -211,6 +216,7 @@ def _drawn_from(arrays: Any, index: dict[str, Any]) -> Drawn:
         else TorqueLeft(
             stretches=tuple(_numbers(arrays, f"torque{k}", 2) for k in range(left["stretches"])),
             noise=float(left["noise"]),
+            largest=float(left.get("largest", 0.0)),
         ),
         maps=tuple(maps),
         prismatic=tuple(bool(slides) for slides in index["prismatic"]),

@@ -161,7 +161,7 @@ def find(
         refitted = refit(study, found, best.solution.effects, kind)
         if judgement.verdict == "partly_named":
             judgement = judgement.beside(refitted)
-    groups = _predict_groups(study, plain, best)
+    groups = _predict_groups(found, plain, best)
     _, before_fit, _ = groups["fit"]
     shown, before, after = groups.get("validate", groups["fit"])
     gaps = {}
@@ -188,15 +188,24 @@ def find(
     accuracy = of_refit(refitted, _effects_json(finding), _gaps_json(finding), origin or Origin(), seed)
     law = (found.law.id,) if found.law else ()
     name = "_".join((study.name, *law, *(e.id for e in best.solution.effects)))
-    rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy)
+    rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy, max(run.largest_torque for run in study.fitted))
     return replace(finding, rebuilt=rebuilt, wall_s=time.perf_counter() - began)
 
 
 def _predict_groups(
-    study: Study, plain: Candidate, best: Candidate
+    found: Search, plain: Candidate, best: Candidate
 ) -> dict[str, tuple[tuple[Run, ...], Prediction, Prediction]]:
-    """Predict each group of runs by the nominal and by the best model."""
-    before, after = (predict(study, one.solution, study.fitted) for one in (plain, best))
+    """Predict each group of runs by the nominal and by the best model.
+
+    Under correlated noise a fit takes slow residuals for noise and leaves them, several times what the same model needs
+    to leave. The fitted runs show what least squares leave: the model as it was identified, as the refit with named
+    effects is made.
+    """
+    study = found.study
+    own_law = found.asked is None
+    before = predict(study, found.base.solution if own_law else plain.solution, study.fitted)
+    unchanged = own_law and not best.solution.effects and not best.solution.noise.scatters
+    after = before if unchanged else predict(study, best.solution, study.fitted)
     groups = {"fit": (study.fitted, before, after)}
     if study.unseen:
         groups["validate"] = (study.unseen, plain.prediction, best.prediction)

@@ -73,7 +73,7 @@ def refit(study: Study, found: Search, effects: tuple[Effect, ...], kind: Kind) 
     return fit(simulator, (*study.fitted, *study.unseen, *study.sealed), options=options).but(inner_step=step)
 
 
-def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy) -> Rebuilt:
+def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy, largest_torque: float) -> Rebuilt:
     """Build the FMU of a refit.
 
     Parameters
@@ -88,6 +88,8 @@ def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy)
         Kind of the FMU.
     accuracy
         How good the refit is.
+    largest_torque
+        Largest torque that the runs apply [N m].
 
     Returns
     -------
@@ -113,6 +115,6 @@ def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy)
     path = out / f"{name}.fmu"
     fmu = build_fmu(
         equations, path, kind=kind, values=refitted.values, provenance=provenance, accuracy=accuracy,
-        step=refitted.inner_step,
+        step=refitted.inner_step, largest_torque=largest_torque,
     )  # fmt: skip
     return Rebuilt(fmu=fmu, fit=refitted)

@@ -94,6 +94,11 @@ class TorqueFinding:
         return self.search.stability
 
     @property
+    def largest_torque(self) -> float:
+        """Largest measured torque [N m] ([N]): the size of the drive, in whose unit residuals stand beside it."""
+        return max(float(np.max(np.abs(run.y))) for run in self.search.study.runs)
+
+    @property
     def left(self) -> float:
         """RMS of the final model's residual on the rows that name effects [N m], those away from reversals.
 

@@ -206,4 +206,9 @@ def _build_fmu(found: TorqueSearch, values: Mapping[str, float], out: Path, kind
     name = "_".join((f"joint{study.joint}", *(e.id for e in final.effects)))
     equations = study.driven_equations(final.effects)
     path = out / f"{name}.fmu"
-    return build_fmu(equations, path, kind=kind, values=dict(values), provenance=provenance, accuracy=accuracy)
+    # The measured torque of a joint that turns is the reading of these runs.
+    largest = 0.0 if study.prismatic else max(float(np.max(np.abs(run.y))) for run in study.runs)
+    return build_fmu(
+        equations, path, kind=kind, values=dict(values), provenance=provenance, accuracy=accuracy,
+        largest_torque=largest,
+    )  # fmt: skip

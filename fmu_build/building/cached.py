@@ -105,7 +105,7 @@ def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     return _find_or_build(equations, content, kind, identification=True)
 
 
-def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
+def cached_fmu(equations: Equations, *, kind: Kind = "python", largest_torque: float = 0.0) -> Fmu:
     """Return the FMU of some equations at their first guesses, from the cache or built for it.
 
     Parameters
@@ -114,6 +114,8 @@ def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
         Equations of a joint, a configuration or a whole device.
     kind
         Packaging.
+    largest_torque
+        Largest torque that the drives apply [N m], which chooses the display unit; 0 where it is not known.
 
     Returns
     -------
@@ -127,13 +129,16 @@ def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     NumericalError
         Where the compiler is missing or fails.
     """
-    return _find_or_build(equations, description_digest(equations), kind, identification=False)
+    content = description_digest(equations) + (f"_{largest_torque:g}" if largest_torque else "")
+    return _find_or_build(equations, content, kind, identification=False, largest_torque=largest_torque)
 
 
-def _find_or_build(equations: Equations, content: str, kind: Kind, *, identification: bool) -> Fmu:
+def _find_or_build(
+    equations: Equations, content: str, kind: Kind, *, identification: bool, largest_torque: float = 0.0
+) -> Fmu:
     path = cache_folder("fmu") / f"{equations.name}_{content}_{builder_digest()}_{kind}{'_id' * identification}.fmu"
     if not is_sealed(path):
-        made = build_fmu(equations, path, kind=kind, identification=identification)
+        made = build_fmu(equations, path, kind=kind, identification=identification, largest_torque=largest_torque)
         seal(path)
         return made
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -80,7 +81,9 @@ def build_configurations(
     """
 
     def build(free: tuple[int, ...]) -> Fmu:
-        return cached_fmu(configuration_equations(device, free), kind=kind)
+        turning = [joint.torque_limit for joint in (device.joints[j] for j in free) if not joint.prismatic]
+        stated = max((limit for limit in turning if math.isfinite(limit)), default=0.0)
+        return cached_fmu(configuration_equations(device, free), kind=kind, largest_torque=stated)
 
     # Most of the time is the C compiler's, which runs in processes of its own.
     pool = ThreadPoolExecutor(os.cpu_count())

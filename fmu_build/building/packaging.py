@@ -72,6 +72,7 @@ def interface_for(
     identification: bool = False,
     values: Mapping[str, float] | None = None,
     step: float = THRESHOLDS.inner_step_s,
+    largest_torque: float = 0.0,
 ) -> Interface:
     """Return the interface of the FMU of some equations.
 
@@ -87,6 +88,8 @@ def interface_for(
         Start values by id of parameter or state, SI units; the first guesses where absent.
     step
         Longest inner step [s].
+    largest_torque
+        Largest torque that the drives apply [N m], which chooses the display unit; 0 where it is not known.
 
     Returns
     -------
@@ -105,6 +108,7 @@ def interface_for(
         identification=identification,
         derivatives=kind != "python",
         values=with_pairs_in_order(values or {}, equations, f"start values of {equations.name}"),
+        largest_torque=largest_torque,
     )
 
 
@@ -119,6 +123,7 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     accuracy: Accuracy = FIRST_GUESSES,
     platforms: tuple[Platform, ...] | None = None,
     step: float = THRESHOLDS.inner_step_s,
+    largest_torque: float = 0.0,
 ) -> Fmu:
     """Build the FMU of some equations.
 
@@ -143,6 +148,8 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
         For which to carry binaries; all where None, this machine's alone for identification.
     step
         Longest inner step [s].
+    largest_torque
+        Largest torque that the drives apply [N m], which chooses the display unit; 0 where it is not known.
 
     Returns
     -------
@@ -160,7 +167,9 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     if identification and kind == "native3":
         raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")
     equations = with_room_for_draws(equations, accuracy)
-    interface = interface_for(equations, kind=kind, identification=identification, values=values, step=step)
+    interface = interface_for(
+        equations, kind=kind, identification=identification, values=values, step=step, largest_torque=largest_torque
+    )
     if platforms is None:
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out{_origin_of_values(equations, provenance or {}, accuracy)}"

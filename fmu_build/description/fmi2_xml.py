@@ -13,7 +13,6 @@ from haptid.fmu_build.description.xml_parts import (
     add_unknown,
     attributes_of,
     root_of,
-    shown_plain,
     xml_bytes,
 )
 from haptid.model.equations.fmu_names import SENSITIVITY_SWITCH
@@ -49,9 +48,8 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
     variables = add_definitions(root, interface)
     # FMI 2.0 refers to a variable by its place among ModelVariables, from 1
     index = {v.reference: i for i, v in enumerate(interface.variables, start=1)}
-    plain = shown_plain(interface.variables)
     for variable in interface.variables:
-        general, real = attributes_of(variable, plain)
+        general, real = attributes_of(variable, interface.plain_units)
         if variable.derivative_of is not None:
             real["derivative"] = str(index[variable.derivative_of])
         SubElement(SubElement(variables, "ScalarVariable", general), "Real", real)

@@ -13,7 +13,6 @@ from haptid.fmu_build.description.xml_parts import (
     add_unknown,
     attributes_of,
     root_of,
-    shown_plain,
     xml_bytes,
 )
 
@@ -46,9 +45,8 @@ def model_description3(interface: Interface, *, token: str, text: str) -> bytes:
     _kinds(root, interface)
     variables = add_definitions(root, interface, {INDEPENDENT_UNIT})
     _independent(variables, interface)
-    plain = shown_plain(interface.variables)
     for variable in interface.variables:
-        general, real = attributes_of(variable, plain)
+        general, real = attributes_of(variable, interface.plain_units)
         if variable.derivative_of is not None:
             real["derivative"] = str(variable.derivative_of)
         SubElement(variables, "Float64", general | real)

@@ -11,6 +11,7 @@ those that an FMU does not show.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -28,6 +29,9 @@ from haptid.fmu_build.description.variables import (
 )
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.generate import Kernel
+from haptid.support.numbers import choose_unit
+
+TORQUE_UNIT = "N m"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +52,8 @@ class Interface:
         Whether slopes, sensitivities and the inner step are shown.
     derivatives
         Whether the state derivatives are shown (the native FMU).
+    plain_units
+        Units in which numbers are shown as they are, without a display unit.
     """
 
     kernel: Kernel
@@ -56,6 +62,7 @@ class Interface:
     variables: tuple[Variable, ...]
     identification: bool
     derivatives: bool
+    plain_units: frozenset[str] = frozenset()
 
     @property
     def equations(self) -> Equations:
@@ -181,7 +188,13 @@ def block_offsets(kernel: Kernel) -> dict[str, int]:
 
 
 def interface_of(
-    kernel: Kernel, *, identifier: str, identification: bool, derivatives: bool, values: dict[str, float]
+    kernel: Kernel,
+    *,
+    identifier: str,
+    identification: bool,
+    derivatives: bool,
+    values: dict[str, float],
+    largest_torque: float = 0.0,
 ) -> Interface:
     """Build the interface of a kernel.
 
@@ -197,6 +210,8 @@ def interface_of(
         Whether to show the state derivatives.
     values
         Start values of parameters and states by id, SI units; the first guesses where absent.
+    largest_torque
+        Largest torque that the drives apply [N m]; 0 where it is not known.
 
     Returns
     -------
@@ -222,4 +237,15 @@ def interface_of(
         variables=tuple(variables),
         identification=identification,
         derivatives=derivatives,
+        plain_units=_plain_units(variables, largest_torque),
     )
+
+
+def _plain_units(variables: Sequence[Variable], largest_torque: float) -> frozenset[str]:
+    """Choose the units without a display unit: torques of a machine whose drive or parameters reach 1 N m.
+
+    40 N m were 40000 mN m in every simulator.
+    """
+    starts = [abs(v.start) for v in variables if v.unit == TORQUE_UNIT and v.start is not None]
+    unit, _ = choose_unit(max([largest_torque, *starts]), TORQUE_UNIT)
+    return frozenset({TORQUE_UNIT} if unit == TORQUE_UNIT else ())

@@ -18,7 +18,6 @@ LOG_CATEGORIES = (
     ("logStatusError", "Values and calls that are refused, with what was expected"),
     ("logStatusDiscard", "Steps that failed, with what made them fail, and statuses that there are not"),
 )
-TORQUE_UNIT = "N m"
 TOOL = "haptid 0.1"
 LICENCE = "BSD-3-Clause"
 AUTHOR, COPYRIGHT = "haptid", "Copyright (c) 2026, the haptid authors"
@@ -122,29 +121,12 @@ def add_definitions(root: Element, interface: Interface, units: Iterable[str] = 
         ``ModelVariables``, still empty.
     """
     names = {v.unit for v in interface.variables if v.unit}.union(units)
-    add_unit_definitions(root, names, shown_plain(interface.variables))
+    add_unit_definitions(root, names, interface.plain_units)
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES:
         SubElement(categories, "Category", name=name, description=meaning)
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=_number(interface.kernel.step))
     return SubElement(root, "ModelVariables")
-
-
-def shown_plain(variables: Iterable[Variable]) -> frozenset[str]:
-    """Return the units in which an FMU shows its numbers as they are: torques from 1 N m on, which are no mN m.
-
-    Parameters
-    ----------
-    variables
-        Variables of the FMU.
-
-    Returns
-    -------
-    frozenset of str
-        Units without a display unit.
-    """
-    torques = [abs(v.start) for v in variables if v.unit == TORQUE_UNIT and v.start is not None]
-    return frozenset({TORQUE_UNIT} if max(torques, default=0.0) >= 1.0 else ())
 
 
 def add_unit_definitions(root: Element, names: Iterable[str], plain: Collection[str] = ()) -> None:

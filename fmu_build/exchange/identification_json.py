@@ -310,3 +310,23 @@ def inner_step_of(identification: Mapping[str, Any], joint: int | None = None) -
     found = identification["configurations"]
     of_joint = [one for one in found if joint is None or one["free_joints"] == [joint]]
     return min((one.get("inner_step_s", MODEL.inner_step_s) for one in of_joint), default=MODEL.inner_step_s)
+
+
+def largest_torque_of(identification: Mapping[str, Any], joint: int | None = None) -> float:
+    """Return the largest torque that the runs of a result applied to a joint that turns.
+
+    Parameters
+    ----------
+    identification
+        Content of an ``identification.json``.
+    joint
+        Number of a joint that was tested alone; None for all configurations.
+
+    Returns
+    -------
+    float
+        Torque [N m]; 0 where no joint turns, and where the result is one of an earlier version, which did not say it.
+    """
+    found = identification["configurations"]
+    of_joint = [one for one in found if joint is None or one["free_joints"] == [joint]]
+    return max((float(one.get("largest_torque_Nm", 0.0)) for one in of_joint), default=0.0)

@@ -16,7 +16,7 @@ from haptid.fmu_build.accuracy.draws import COUNT
 from haptid.fmu_build.exchange.recorded_device import COPY_OF_DEVICE
 from haptid.identification.job.ahead import Ahead, compilations_of
 from haptid.identification.job.job import Identification, Job
-from haptid.identification.job.provenance import provenance
+from haptid.identification.job.provenance import provenance, word_this_command
 from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.identification.output.written_draws import write_draws
 from haptid.identification.sequence.result_json import SCHEMA, step_json
@@ -88,7 +88,7 @@ def _fit_configurations(
     def tell(number: int, share: float, figures: str) -> None:
         listener.progress(_title(job, number), number + share, count, figures)
 
-    with _tell_kept(steps, count, listener), workers_of(job.scheduler, job.options.workers) as workers:
+    with _tell_kept(steps, count), workers_of(job.scheduler, job.options.workers) as workers:
         tell_remarks(job.campaign, listener)
         sequence = Sequence(
             campaign=job.campaign,
@@ -119,15 +119,14 @@ def _fit_configurations(
 
 
 @contextmanager
-def _tell_kept(steps: Sized, count: int, listener: Listener) -> Iterator[None]:
-    """Say where an interrupted identification goes on, where some of its configurations are on disk."""
+def _tell_kept(steps: Sized, count: int) -> Iterator[None]:
+    """Say with an interruption where the identification goes on, where some of its configurations are on disk."""
     try:
         yield
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         if steps:
-            listener.note(
-                f"{len(steps)} of {count} configurations are kept: the same command goes on with the next one"
-            )
+            kept = f"{len(steps)} of {count} configurations are kept"
+            stop.args = (f"{kept}; the same command goes on with the next one: {word_this_command()}",)
         raise
 
 

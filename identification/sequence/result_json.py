@@ -54,6 +54,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "parameters": _parameters_json(fit),
         **_replaced_json(step),
         "runs": [_run_json(score, step) for score in fit.runs],
+        "largest_torque_Nm": max((run.largest_torque for run in step.configuration.runs), default=0.0),
         "noise_rad": float(sigma),
         "cost": float(fit.cost),
         "outcome": fit.outcome.label,

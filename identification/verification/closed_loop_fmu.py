@@ -116,7 +116,7 @@ def build_controller(
     """
     equations = controller_equations(controller, float(np.median(np.diff(run.t))), run.free_joints)
     start = {state.id: float(y) for state, y in zip(equations.states, run.y[0], strict=True)}
-    return build_fmu(equations, out, kind=kind, values=start, platforms=platforms)
+    return build_fmu(equations, out, kind=kind, values=start, platforms=platforms, largest_torque=run.largest_torque)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,6 +12,7 @@ from haptid.measurement.checks.recorded_torque import with_torques_that_were
 from haptid.measurement.remarks.remarks import Remarks, remarks_of
 from haptid.measurement.remarks.shared import tell_shared
 from haptid.measurement.signals.cycles import Cycles, find_cycles
+from haptid.measurement.signals.noise import write_estimated_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -136,11 +137,12 @@ def _cells(one: Remarks, column: int, cycles: Cycles, uneven: float) -> tuple[st
 
 
 def _tell_noise(one: Remarks, column: int, given: str) -> str:
-    """Write the noise; where the readings rest on the encoder's levels and show none, the step's own error above it."""
-    noise, rounding = float(one.noise[column]), float(one.resolution[column]) / 12.0**0.5
-    if given and noise < rounding / THRESHOLDS.largest_stated_over_estimated_noise:
-        return f"<{rounding:.2g}"
-    return f"{given}{noise:.2g}"
+    """Write the noise, ``given`` being the mark of an estimated one."""
+    noise = float(one.noise[column])
+    if not given:
+        return f"{noise:.2g}"
+    written = write_estimated_noise(noise, float(one.resolution[column]))
+    return written if written.startswith("<") else f"{given}{written}"
 
 
 def _facts(one: Remarks, column: int, cycles: Cycles, uneven: float) -> dict[str, str | int | float | None]:

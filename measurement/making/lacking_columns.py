@@ -53,7 +53,8 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
         (COUNTED, f"position_{{}}_rad*{COUNT}"),
         (
-            rf"angle|theta|pos|enc|winkel|{_ALONE.format('pot(?:i|entiometer)?')}|{_ALONE.format('q')}",
+            rf"angle|theta|pos|enc|winkel|{_ALONE.format('pot(?:i|entiometer)?')}|{_ALONE.format('q')}"
+            r"|^(?:observation[./_])?state(?![a-z])",  # as LeRobot calls the positions of a robot's joints
             "position_{}_rad*?",
         ),
     ),
@@ -70,8 +71,20 @@ DEMANDED = re.compile(
     re.IGNORECASE,
 )
 """Names of what a controller follows, which is no measured position."""
+NO_SIGNAL = re.compile(
+    r"index|frame|episode|task|reward|done|success|temp|enabled?(?![a-z])|status|mode|flag", re.IGNORECASE
+)
+"""Names of counters, marks and what else drives no joint."""
 NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
 """Names that hold a word of a position and are none."""
+SURELY_DRIVES = re.compile(
+    rf"torque|tau|trq|effort|moment|force|current|amp|volt|duty|pwm|{_ALONE.format('nm')}", re.IGNORECASE
+)
+"""Words of what drives a joint; letters such as ``m`` or ``i`` alone are none beside a position's word."""
+ACTION = re.compile(r"actions?(?![a-z])", re.IGNORECASE)
+"""Begin of the names of what a robot's joints are to follow, in data sets for learning; the rest names the joint."""
+STATES = ("observation.state", "state")
+"""Begins of the names of the positions beside an action."""
 BITS_OF_DUTY = (8, 10, 12, 14, 16)
 """Bits that a timer's duty has, by which its largest number is one less than a power of two."""
 LONGEST_REMEDY = 145
@@ -119,14 +132,45 @@ def tell_how_to_name(
                 remedy = replace(remedy, position=(column, sure))
             continue
         name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
-        if unknown:
-            remedy.examples.append(f"--map '{unknown.pop(0)}={name}'")
+        example = next(iter(silent_columns(unknown) if signal == "torque" else unknown), None)
+        if example is not None:
+            unknown.remove(example)
+            remedy.examples.append(f"--map '{example}={name}'")
         else:
             remedy.added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
     whole = remedy.told()
     wider = _with_reference(remedy, unknown, joint, numbers_of).told() if "position" in lacking else whole
     # A cut name helps nobody: where all do not fit, one shows how.
     return next((told for told in (wider, whole) if len(told) <= LONGEST_REMEDY), remedy.shortest())
+
+
+def propose_target(
+    signal: str, column: str, columns: Sequence[str], numbers_of: Callable[[str], Array] | None
+) -> tuple[str, str]:
+    """Propose what a column is, where it is the one that is most likely meant by a signal.
+
+    Parameters
+    ----------
+    signal
+        ``time``, ``torque`` or ``position``.
+    column
+        Name of the column.
+    columns
+        Names of all columns of the table.
+    numbers_of
+        As `mapping.free_joints` takes it.
+
+    Returns
+    -------
+    goal, note : str
+        Column of the campaign format with the factor, of the joint that the name tells, or joint 0, and what else its
+        unit may be; both empty where another column is more likely, or none is.
+    """
+    likeliest, goal = _likeliest_column(signal, [name for name in columns if not KNOWN.fullmatch(name)])
+    if column != likeliest:
+        return "", ""
+    number = re.search(rf"(?<!\d){JOINT}(?!\d)", column)
+    return _choose_unit(column, goal.format(int(number.group()) if number else 0), numbers_of)
 
 
 def is_prismatic_joint(joint: int, columns: Sequence[str]) -> bool:
@@ -208,6 +252,56 @@ def holds_likely(signal: str, columns: Sequence[str]) -> bool:
     bool
     """
     return _likeliest_column(signal, [column for column in columns if not KNOWN.fullmatch(column)]) != ("", "")
+
+
+def silent_columns(columns: Sequence[str]) -> list[str]:
+    """Return the columns that may be anything, what drives a joint too.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns, those of the campaign format among them.
+
+    Returns
+    -------
+    list of str
+        Names that are neither of the format nor likely of a time, a position, a demand, a speed or a counter.
+    """
+    references = {column for column, _ in _likely_references(columns)}
+    return [
+        column
+        for column in columns
+        if column not in references
+        and not any(form.search(column) for form in (NO_POSITION, NO_SIGNAL))
+        and not KNOWN.fullmatch(column)
+        and not is_bare_demand(column)
+        and not any(_likely_goal(signal, column) for signal in ("time", "position"))
+    ]
+
+
+def find_followed(columns: Sequence[str], numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:
+    """Find a position and what it is to follow, by their names.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns, those of the campaign format among them.
+    numbers_of
+        As `mapping.free_joints` takes it.
+
+    Returns
+    -------
+    position, reference : str
+        Names of the columns; both empty where one of them is not there.
+    """
+    position = next((name for name in columns if name.startswith("position_") and KNOWN.fullmatch(name)), "")
+    position = position or _likeliest_column("position", columns)[0]
+    references = [name for name in columns if name.startswith("reference_") and KNOWN.fullmatch(name)]
+    references += [column for column, _ in _likely_references(columns)]
+    if position and numbers_of is not None:
+        demands = [column for column in columns if is_bare_demand(column)]
+        references += [column for column in demands if travel_alike(numbers_of(column), numbers_of(position))]
+    return (position, references[0]) if position and references else ("", "")
 
 
 def _likeliest_column(signal: str, columns: Sequence[str]) -> tuple[str, str]:
@@ -313,7 +407,14 @@ def _likely_goal(signal: str, column: str) -> str:
     """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
     if signal == "position" and (DEMANDED.search(column) or NO_POSITION.search(column)):
         return ""
+    if signal == "torque" and SURELY_DRIVES.search(column) is None and _names_position(column):
+        return ""
     return next((goal for form, goal in LIKELY_COLUMNS[signal] if re.search(form, column, re.IGNORECASE)), "")
+
+
+def _names_position(column: str) -> bool:
+    """Whether a name is likely that of a position, or of one that is demanded."""
+    return bool(_likely_goal("position", column) or _likely_goal("position", DEMANDED.sub("", column)))
 
 
 def _likely_references(columns: Sequence[str]) -> list[tuple[str, str]]:
@@ -321,7 +422,16 @@ def _likely_references(columns: Sequence[str]) -> list[tuple[str, str]]:
     found = []
     for column in columns:
         if DEMANDED.search(column) and not NO_POSITION.search(column):
-            measured = _likely_goal("position", DEMANDED.sub("", column))
+            measured = _likely_goal("position", DEMANDED.sub("", column)) or _goal_of_state(column, columns)
             if measured:
                 found.append((column, measured.replace("position", "reference")))
     return found
+
+
+def _goal_of_state(column: str, columns: Sequence[str]) -> str:
+    """Return what the state beside an action is mapped to, as ``observation.state.hip`` beside ``action.hip``."""
+    action = ACTION.match(column)
+    if action is None:
+        return ""
+    states = [state + column[action.end() :] for state in STATES]
+    return next((_likely_goal("position", state) for state in states if state in columns), "")

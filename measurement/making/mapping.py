@@ -9,7 +9,13 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.lacking_columns import holds_likely, is_prismatic_joint, tell_how_to_name
+from haptid.measurement.making.lacking_columns import (
+    find_followed,
+    holds_likely,
+    is_prismatic_joint,
+    silent_columns,
+    tell_how_to_name,
+)
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
@@ -166,16 +172,14 @@ def free_joints(
     InputError
         Where no such joint or no ``time_s`` is there.
     """
-    driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
-    driven |= closed & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
+    driven = _driven_joints(columns, closed)
     seen = {int(found.group(1)) for name in columns if (found := POSITION.fullmatch(name))}
     found_joints = driven & seen if only is None else driven & seen & set(only)
     if not found_joints or "time_s" not in columns:
         if not driven:
             _refuse_share_of_torque(columns, file)
-            _refuse_reference_alone(columns, file, seen)
-        parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (bool(seen), "position"))
-        lacking = [word for there, word in parts if not there]
+            refuse_reference_alone(columns, file, numbers_of)
+        lacking = lacking_signals(columns, closed)
         todo = (
             tell_how_to_name(lacking, columns, driven | seen, numbers_of)
             if lacking
@@ -185,18 +189,63 @@ def free_joints(
     return tuple(sorted(found_joints))
 
 
-def _refuse_reference_alone(columns: list[str], file: str, seen: set[int]) -> None:
-    """Refuse a position beside what it is to follow, as state and action of a robot's data set, and nothing else."""
-    followed = seen & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
-    if not followed or "time_s" not in columns or holds_likely("torque", columns):
+def lacking_signals(columns: Sequence[str], closed: frozenset[int] = frozenset()) -> list[str]:
+    """Find the signals that a table lacks for a fit.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns in the campaign format.
+    closed
+        Joints whose controller is known.
+
+    Returns
+    -------
+    list of str
+        Of ``time``, ``torque`` (anything that drives a joint) and ``position``, in this order.
+    """
+    driven, seen = _driven_joints(columns, closed), any(POSITION.fullmatch(name) for name in columns)
+    parts = (("time_s" in columns, "time"), (bool(driven), "torque"), (seen, "position"))
+    return [word for there, word in parts if not there]
+
+
+def _driven_joints(columns: Sequence[str], closed: frozenset[int]) -> set[int]:
+    """Return the joints whose torque, or what makes it, a table holds."""
+    driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
+    return driven | closed & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
+
+
+def refuse_reference_alone(columns: Sequence[str], file: str, numbers_of: Callable[[str], Array] | None = None) -> None:
+    """Refuse a position beside what it is to follow, as state and action of a robot's data set, and nothing else.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns, in the campaign format where they are known.
+    file
+        Name of the table, for errors.
+    numbers_of
+        As `free_joints` takes it.
+
+    Raises
+    ------
+    InputError
+        Where no column drives a joint, or may do so, and there is a position with its reference.
+    """
+    position, reference = find_followed(columns, numbers_of)
+    is_named = POSITION.fullmatch(position) is not None and REFERENCE.fullmatch(reference) is not None
+    if not reference or holds_likely("torque", columns) or any(TORQUE.fullmatch(name) for name in columns):
         return
-    joint = min(followed)
+    # Where the user has named both, what is left is not meant to be used.
+    if not is_named and silent_columns(columns):
+        return
+    joint = int(found.group(1)) if (found := POSITION.fullmatch(position)) else 0
     todo = (
-        f"log one of them, or state the position controller: [joint.{joint}.controller] in a campaign.toml of your "
-        "own, or joints= of Campaign.from_frames"
+        f"log one of them too, or state the position controller: [joint.{joint}.controller] in a campaign.toml, "
+        "or joints= of Campaign.from_frames"
     )
-    expected = f"torque, current, voltage or duty of joint {joint}"
-    raise InputError(file, expected=expected, got="its position and reference alone", todo=todo)
+    got = "its position and reference alone" if is_named else f"{position} and its target {reference} alone"
+    raise InputError(file, expected=f"torque, current, voltage or duty of joint {joint}", got=got, todo=todo)
 
 
 def _which_joints(driven: Collection[int], seen: Collection[int], only: tuple[int, ...] | None) -> str:

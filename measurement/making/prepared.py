@@ -368,6 +368,8 @@ def describe(prepared: Sequence[PreparedTable]) -> list[str]:
     left: dict[str, None] = {}
     for one in prepared:
         for column, target in one.targets.items():
+            if target == Target(name=column):  # the user's word that the column is not to be understood
+                continue
             factor = "" if target.factor == 1 else f", × {target.factor:.6g}"
             lines[f"  {column} is {target.name}{factor}"] = None
         left |= dict.fromkeys(_describe_demands(one))

@@ -77,14 +77,24 @@ def assume_seconds(table: Table, stated: Mapping[str, Target]) -> tuple[Table, s
     """
     known = {target.name for target in stated.values()}
     known |= {target.name for column in table.columns if (target := understand_column(column, 1.0)) is not None}
-    bare = [column for column in table.columns if _is_bare_time(column) and column not in stated]
+    bare = [column for column in table.columns if is_bare_time(column) and column not in stated]
     if TIME in known or TIME in table.columns or len(bare) != 1 or not _may_be_seconds(table.loosely(bare[0])):
         return table, ""
     return replace(table, frame=table.frame.rename(columns={bare[0]: TIME})), bare[0]
 
 
-def _is_bare_time(column: str) -> bool:
-    """Whether a name is that of a time, without a unit."""
+def is_bare_time(column: str) -> bool:
+    """Whether a name is that of a time, without a unit.
+
+    Parameters
+    ----------
+    column
+        Name of a column.
+
+    Returns
+    -------
+    bool
+    """
     words = re.findall(r"[^\W_]+", column.lower())
     return bool(words) and all(QUANTITIES.get(word) == "time" for word in words)
 

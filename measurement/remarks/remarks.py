@@ -82,7 +82,7 @@ def remarks_of(
     controllers = find_other_controllers(campaign)
     campaign = with_recorded_torques(campaign)
     unfitted, lonely = find_unfitted_postures(campaign.runs), find_lonely_postures(campaign.runs)
-    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), unfitted)
+    between = (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign), unfitted, lonely)
     turned = wrong_signs(campaign.runs)
     fulls = [with_noise(run) for run in campaign.runs]
     estimates = [_with_estimates(run, full) for run, full in zip(campaign.runs, fulls, strict=True)]
@@ -107,9 +107,8 @@ def remarks_of(
             ]
             stated = campaign.parameter_overrides.get(joint, {})
             doubts.append((*_stillness(run, full, column, stated), *slips, *by_joint, *shared))
-            alone = [lonely[run.file]] if run.file in lonely else []
             is_closed = joint in closed and len(run.free_joints) == 1
-            sentences.append((*_circumstances(run, column, is_closed=is_closed), *alone, *doubts[-1]))
+            sentences.append((*_circumstances(run, column, is_closed=is_closed), *doubts[-1]))
         made.append(
             Remarks(
                 run=run,

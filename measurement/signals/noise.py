@@ -97,6 +97,31 @@ def shows_noise(t: Array, y: Array) -> bool:
     return high >= THRESHOLDS.least_noise_in_higher_order * low
 
 
+def write_estimated_noise(noise: float, step: float) -> str:
+    """Write an estimated noise; where readings rest on the encoder's levels and show none, the step's error above it.
+
+    Parameters
+    ----------
+    noise
+        Standard deviation of the noise, in any unit.
+    step
+        Encoder step in the same unit; 0 where there is none.
+
+    Returns
+    -------
+    str
+        Two digits.
+
+    Examples
+    --------
+    >>> write_estimated_noise(2.04e-4, 1e-4), write_estimated_noise(7e-10, 1.5e-3)
+    ('0.0002', '<0.00043')
+    """
+    rounding = step / 12.0**0.5
+    below = noise < rounding / THRESHOLDS.largest_stated_over_estimated_noise
+    return f"<{rounding:.2g}" if below else f"{noise:.2g}"
+
+
 def robust_std(values: Array) -> float:
     """Estimate the standard deviation of zero-mean values of which a few may be stray.
 

@@ -150,6 +150,12 @@ class Run:
         return np.sqrt(self.noise**2 + self.resolution**2 / 12.0)
 
     @property
+    def largest_torque(self) -> float:
+        """Largest magnitude of the torques of joints that turn [N m]; 0 where none turns."""
+        torques = self.u[:, [not slides for slides in self.prismatic]]
+        return float(np.nanmax(np.abs(torques), initial=0.0))
+
+    @property
     def scored(self) -> slice:
         """Slice of the rows whose residual is scored."""
         return slice(self.score_from, None)

@@ -86,7 +86,7 @@ def write_gain(gain: float) -> str:
     return f"{gain:.0f}" if abs(gain) < 999_999.5 else f"{gain:.3g}"
 
 
-def in_thousandths(value: float, unit: str) -> str:
+def in_thousandths(value: float, unit: str, beside: float = 0.0) -> str:
     """Write a residual in mrad, mm or mN m, so that a column can be read down; from 1 on in the unit itself.
 
     Parameters
@@ -95,6 +95,8 @@ def in_thousandths(value: float, unit: str) -> str:
         Residual in ``unit``.
     unit
         SI unit without prefix; two units joined by ``or`` both take the prefix.
+    beside
+        Size of what the residual is read beside, as the drive's torque, in ``unit``.
 
     Returns
     -------
@@ -108,5 +110,5 @@ def in_thousandths(value: float, unit: str) -> str:
     """
     if not math.isfinite(value):
         return "diverged"
-    unit, factor = choose_unit(value, unit)
+    unit, factor = choose_unit(max(abs(value), beside), unit)
     return f"{plain(factor * value, 3)} {unit}"

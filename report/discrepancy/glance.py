@@ -31,7 +31,11 @@ SCATTER_ACTION = "Use the model as it is; haptid posterior gives bands that hold
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Line:
-    """What a line tells; ``names`` is empty where nothing was changed, ``random`` where no simulation can follow it."""
+    """What a line tells.
+
+    ``names`` is empty where nothing was changed, ``random`` says that no simulation can follow it, and ``beside`` is
+    the drive's torque, where residuals are torques.
+    """
 
     joint: str
     verdict: str
@@ -42,6 +46,7 @@ class _Line:
     action: str
     links: list[str]
     random: bool = False
+    beside: float = 0.0
 
 
 def is_scatter_alone(finding: Finding) -> bool:
@@ -131,7 +136,7 @@ def torque_glance(finding: TorqueFinding) -> Table:
     return _table_of(
         _Line(
             joint=str(found.study.joint), verdict=verdict, names=names, gap=gap, unit=unit, worst=worst, action=action,
-            links=links,
+            links=links, beside=finding.largest_torque,
         )
     )  # fmt: skip
 
@@ -172,11 +177,13 @@ def _worst_run(curves: tuple[Curve, ...], *, changed: bool) -> str:
 def _table_of(line: _Line) -> Table:
     word = word_of(f"verdict-{line.verdict}")
     last = line.gap.after if line.names else line.gap.before
-    after = in_thousandths(line.gap.after, line.unit) if line.names else "–"
+    before, after = (in_thousandths(rms, line.unit, line.beside) for rms in (line.gap.before, line.gap.after))
+    if not line.names:
+        after = "–"
     if line.random:
         after = "as before: it is random"
     row = (
-        line.joint, Cell(text=word.text, word=word.key), line.names or "–", in_thousandths(line.gap.before, line.unit),
+        line.joint, Cell(text=word.text, word=word.key), line.names or "–", before,
         after, plain(last / line.gap.noise, 3), line.worst, line.action, Cell(links=line.links),
     )  # fmt: skip
     return Table(header=HEADER, rows=[row])

@@ -202,7 +202,7 @@ def _in_words(finding: Finding) -> list[str]:
 
 
 def gap_rows(
-    gaps: Mapping[str, Gap], shares: Mapping[str, str], scored: str, unit: str
+    gaps: Mapping[str, Gap], shares: Mapping[str, str], scored: str, unit: str, beside: float = 0.0
 ) -> tuple[str, list[tuple[str, ...]]]:
     """Return the rows of a table of gaps with the unit of their numbers.
 
@@ -216,6 +216,8 @@ def gap_rows(
         What fits and choices saw: ``runs`` or ``stretches``.
     unit
         SI unit of the gaps, without prefix.
+    beside
+        Size of what the gaps are read beside, as the drive's torque, in ``unit``.
 
     Returns
     -------
@@ -229,7 +231,8 @@ def gap_rows(
         "validate": f"{scored} that no fit saw, which chose among candidates",
         "sealed": "sealed runs, which took part in no choice",
     }
-    shown, factor = choose_unit(largest_magnitude(*((gap.before, gap.after, gap.noise) for gap in gaps.values())), unit)
+    sizes_of_gaps = [(gap.before, gap.after, gap.noise) for gap in gaps.values()]
+    shown, factor = choose_unit(largest_magnitude(*sizes_of_gaps, beside), unit)
     rows = []
     for name, gap in gaps.items():
         sizes = [plain(factor * rms, 3) for rms in (gap.before, gap.after, gap.noise)]

@@ -21,7 +21,7 @@ from haptid.report.discrepancy.glance import torque_glance
 from haptid.report.discrepancy.page import gap_rows, write_formulas, write_share
 from haptid.report.discrepancy.where_pictures import localisation_picture
 from haptid.support.linear_algebra import largest_magnitude, rms
-from haptid.support.numbers import choose_unit
+from haptid.support.numbers import choose_unit, plain
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
@@ -85,7 +85,7 @@ def draw_torque_left(axis: Axes, left: TorqueLeft, prismatic: Sequence[bool]) ->
         Whether each joint is prismatic, for the units.
     """
     torques = [of_run[1:].ravel() for of_run in left.stretches]
-    unit, factor = choose_unit(largest_magnitude(*torques, 2 * left.noise), unit_for("N m", prismatic))
+    unit, factor = choose_unit(largest_magnitude(*torques, 2 * left.noise, left.largest), unit_for("N m", prismatic))
     for k, (q, before, after) in enumerate(left.stretches):
         hide = "_" if k else ""
         axis.plot(q, factor * before, ".", ms=2, color=ACCENT, label=f"{hide}left before")
@@ -109,7 +109,7 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
         One line a direction, with standard errors.
     """
     left = finding.remaining
-    unit, factor = choose_unit(largest_magnitude(left.up, left.down), _unit(finding, "N m"))
+    unit, factor = choose_unit(largest_magnitude(left.up, left.down, finding.largest_torque), _unit(finding, "N m"))
     with style():
         made = figure(8.5, 2.4)
         axis = made.subplots()
@@ -126,7 +126,7 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
 def _gaps(finding: TorqueFinding) -> Table:
     closed = {name: gap.closed for name, gap in finding.gaps.items()}
     shares = {name: "–" if share is None else f"{100 * share:.0f} %" for name, share in closed.items()}
-    shown, rows = gap_rows(finding.gaps, shares, "stretches", _unit(finding, "N m"))
+    shown, rows = gap_rows(finding.gaps, shares, "stretches", _unit(finding, "N m"), finding.largest_torque)
     unit = f"[{shown}]"
     header = ("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed")
     return Table(header=header, rows=rows)
@@ -171,7 +171,7 @@ def _in_unit(value: str, quantity: Quantity) -> str:
 
 def _rounds(finding: TorqueFinding) -> list[Table]:
     candidates = [candidate for step in finding.search.steps for candidate in step.candidates]
-    largest = largest_magnitude(*(rms(candidate.model.unseen) for candidate in candidates))
+    largest = largest_magnitude(*(rms(candidate.model.unseen) for candidate in candidates), finding.largest_torque)
     unit, factor = choose_unit(largest, _unit(finding, "N m"))
     left = f"left there [{unit}]"
     return [
@@ -180,7 +180,7 @@ def _rounds(finding: TorqueFinding) -> list[Table]:
             rows=[
                 (
                     c.key, write_gain(c.bic), write_gain(c.evidence),
-                    f"{factor * rms(c.model.unseen):.2f}", "yes" if c is step.taken else "",
+                    plain(factor * rms(c.model.unseen), 3), "yes" if c is step.taken else "",
                 )
                 for c in step.candidates
             ],

@@ -289,13 +289,28 @@ def ready(extra: str | None = None) -> None:
     if sys.argv[:1] != ["-m"] or not in_clone():  # where haptid is installed, its installer saw to it
         return
     sys.excepthook = _report_interruption
+    exit_where_lacking(extra)
+
+
+def exit_where_lacking(extra: str | None = None) -> None:
+    """Run the command again under the project's .venv where packages lack here, or exit with the remedy in one line.
+
+    Parameters
+    ----------
+    extra
+        Extra that the whole package needs; none where None.
+    """
     lacking = missing(extra=extra)
     if not lacking:
         return
+    names = ", ".join(r.name for r in lacking)
+    if not in_clone():
+        todo = "install haptid again with its requirements (pip install haptid)"
+        sys.stderr.write(f"error: {sys.executable} lacks {names}; {todo}\n")
+        sys.exit(BAD_SETUP)
     if VENV_PYTHON.is_file() and not in_venv():
         options = sys.orig_argv[1:]
         replace_process([VENV_PYTHON, *options])
     verb = extra if extra and not missing() else "fmu"
-    names = ", ".join(r.name for r in lacking)
     sys.stderr.write(f"error: {sys.executable} lacks {names}; run `make {verb}` first\n")
     sys.exit(BAD_SETUP)

@@ -48,11 +48,12 @@ def test_new_from_flags(tables, tmp_path):
 
 def test_new_asks_where_flags_are_absent(tables, tmp_path, monkeypatch):
     monkeypatch.setattr(new, "_can_ask", lambda: True)
-    answers = "Asked\n\nbanana\ny\ntwo.csv\ntime_s*0.001\ntorque_2_Nm\nposition_2_rad*0.0174533\n1e-4\n\n\n"
+    answers = "Asked\n\nbanana\ny\ntwo.csv\n\ntorque_2_Nm\nposition_2_rad*0.0174533\n1e-4\n\n\n"
     result = run_new(tables, "--out", tmp_path / "made", answers=answers)
     assert result.exit_code == 0, result.output
     assert "Error: answer y or n\n" in result.output
     assert "invalid input" not in result.output
+    assert "ms is (time_s*0.001 of ms, " in result.output
     campaign = read_campaign(tmp_path / "made")
     assert (campaign.title, campaign.device, campaign.measured) == ("Asked", "single_joint", True)
     assert campaign.noise_given
@@ -68,9 +69,10 @@ def test_new_shows_what_it_estimates_and_understood_before_it_writes(tables, tmp
         frame.to_csv(path, index=False)
     head = "Asked\n\ny\ntwo.csv\n"
     result = run_new(tables, *MAPS, "--out", tmp_path / "made", answers=head + "nothing\n\n2*pi/4096\nn\n")
-    assert result.exit_code == 2
+    assert result.exit_code == 130
     assert not (tmp_path / "made").exists()
-    assert "got no: nothing was written" in result.output
+    assert "What is to be changed? (title, device, origin, validation, columns, noise; Ctrl-C" in result.output
+    assert result.stderr.endswith("\ninterrupted: nothing was finished yet\n")
     shown, _, asked = result.output.partition("Standard deviation of the position's noise [rad] [estimated: ")
     assert "two.csv: validate, 200 rows, 0.995 s at 200 Hz; joint 2 moves by 0.69" in shown
     low = float(asked.split("]")[0].split(" to ")[0])
@@ -401,7 +403,8 @@ def test_new_asks_what_drives_the_joint_where_only_that_is_unknown(tables, tmp_p
     flags = ["--measured", "--title", "D", "--device", "single_joint", "--validate", "two.csv", "--noise", "1e-4"]
     result = run_new(tables, "--out", tmp_path / "made", *flags, answers="duty_0*0.01\n12\n")
     assert result.exit_code == 0, result.output
-    assert "pwm is (time_s, torque_0_Nm" in result.output
+    assert "pwm is (duty_0; a share of the supply): duty" in result.output
+    assert "millis is (" not in result.output
 
 
 def test_new_asks_for_the_supply_of_a_duty(duties, tmp_path, monkeypatch):

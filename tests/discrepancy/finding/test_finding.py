@@ -4,19 +4,22 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
-from haptid.discrepancy.finding.finding import Finding, as_json, find
+from haptid.discrepancy.finding.finding import Finding, _predict_groups, as_json, find
+from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.report.discrepancy.page import discrepancy_page
+from haptid.support.linear_algebra import rms
 from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
@@ -191,3 +194,30 @@ def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Pat
     assert shape["closed"] > 0.98
     json.dumps(data, allow_nan=False)
     assert "What is missing, without a name" in discrepancy_page(finding, "test", measured=False).html
+
+
+@pytest.mark.long
+def test_the_gap_of_the_fitted_runs_is_what_least_squares_leave(tmp_path: Path):
+    """A weak wave was told as 0.136 mrad, which the fit under correlated noise leaves where 0.04 mrad need be left."""
+    finding = found(tmp_path, {"cogging": {"cogging": 2e-5, "cogging_number": 30.0}}, without="cogging")
+    search = finding.search
+    assert finding.judgement.verdict == "unlisted"
+    white, correlated = (
+        rms(predict(search.study, solution, search.study.fitted).rms)
+        for solution in (search.base.solution, search.before.solution)
+    )
+    gap = finding.gaps["fit"]
+    assert (gap.before, gap.after) == (white, white)
+    assert white < correlated
+
+
+@pytest.mark.parametrize("law", [False, True])
+def test_the_nominal_model_of_the_fitted_runs_is_the_one_of_least_squares(law: bool, monkeypatch: pytest.MonkeyPatch):
+    white, own, asked = (SimpleNamespace(effects=(), noise=SimpleNamespace(scatters=())) for _ in range(3))
+    monkeypatch.setattr("haptid.discrepancy.finding.finding.predict", lambda _study, solution, _runs: solution)
+    study = SimpleNamespace(fitted=("a.csv",), unseen=(), sealed=())
+    search: Any = SimpleNamespace(study=study, base=SimpleNamespace(solution=white), asked=asked if law else None)
+    plain: Any = SimpleNamespace(solution=asked if law else own)
+    (_, before, after) = _predict_groups(search, plain, cast("Any", SimpleNamespace(solution=own)))["fit"]
+    # Under another friction law the one that was asked for is the model before.
+    assert (before, after) == ((asked, own) if law else (white, white))

@@ -7,19 +7,20 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from haptid.command_line import main
 from haptid.discrepancy import run as module
-from haptid.discrepancy.commands import missing
 from haptid.measurement.format.embedded import embedded_campaign
 
 
 @pytest.mark.parametrize(
     ("stop", "told"),
     [
-        (1, "kept: discrepancy/joint4.json; the rest is searched with --joints 5,3\n"),
-        (2, "kept: discrepancy/joint4.json, discrepancy/joint5.json; the rest is searched with --joints 3\n"),
-        (0, ""),
+        (1, "discrepancy/joint4.json kept; go on with: haptid missing 'my runs' --seed 3 --joints 5,3"),
+        (2, "discrepancy/joint4.json, discrepancy/joint5.json kept; go on with: haptid missing 'my runs' --seed 3 "
+            "--joints 3"),
+        (0, "nothing was finished yet"),
     ],
-)
+)  # fmt: skip
 def test_what_an_interrupted_search_leaves_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: int, told: str
 ) -> None:
@@ -33,7 +34,10 @@ def test_what_an_interrupted_search_leaves_is_told(
 
     monkeypatch.setattr(module, "_find", find)
     arguments = [str(embedded_campaign("paper")), "--joints", "4,5,3", "--out", str(tmp_path)]
-    stopped = CliRunner().invoke(missing, arguments)
+    typed = ["haptid", "missing", "my runs", "--joints", "4,5,3", "--seed", "3", "--free=0,1"]
+    monkeypatch.setattr("sys.argv", typed)
+    stopped = CliRunner().invoke(main, ["missing", *arguments], prog_name="haptid")
     assert stopped.exit_code == 130
-    notes = [line for line in stopped.stderr.splitlines(keepends=True) if line.startswith("kept")]
-    assert "".join(notes) == told
+    assert [line for line in stopped.stderr.splitlines() if "kept" in line or "interrupted" in line] == [
+        f"interrupted: {told}"
+    ]

@@ -147,6 +147,18 @@ def test_a_stated_value_takes_its_draws_away_and_those_it_is_ordered_with(tmp_pa
     assert "come from elsewhere" in json_of(path, "verification.json")["draws"]["source"]
 
 
+@pytest.mark.parametrize(("largest", "unit"), [(None, "mN.m"), (0.4, "mN.m"), (5.0, None)])
+def test_an_exported_joint_shows_torques_in_the_unit_of_its_drive(
+    tmp_path: Path, largest: float | None, unit: str | None
+):
+    data = results(tmp_path)
+    if largest is not None:
+        data["configurations"][0]["largest_torque_Nm"] = largest
+    path = export_joint(data, 4, tmp_path / "x.fmu", "native", folder=tmp_path).path
+    by_name = {v.name: v for v in fmpy.read_model_description(str(path)).modelVariables}
+    assert by_name["joint4.torque"].displayUnit == unit
+
+
 def test_results_without_draws_say_why(tmp_path: Path):
     data = results(tmp_path)
     path = export_joint(data, 4, tmp_path / "x.fmu", "native").path

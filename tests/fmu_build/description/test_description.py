@@ -198,11 +198,14 @@ def test_origin_and_date_are_stated(stated: str | None, date: str, monkeypatch):
         model_description(interface, guid="{}", python=False, text="joint")
 
 
-@pytest.mark.parametrize(("friction", "display"), [(0.02, "mN.m"), (40.0, None)])
+@pytest.mark.parametrize(
+    ("friction", "drive", "display"), [(0.02, 0.0, "mN.m"), (0.02, 0.5, "mN.m"), (40.0, 0.5, None), (0.02, 5.0, None)]
+)
 @pytest.mark.parametrize("write", [model_description, model_description3])
-def test_torques_are_shown_in_the_unit_of_their_size(write, friction: float, display: str | None):
-    """40 N m were 40000 mN m in every simulator."""
-    interface = interface_for(equations("joint4"), kind="native", values={"Fs": friction, "Fc": friction})
+def test_torques_are_shown_in_the_unit_of_their_size(write, friction: float, drive: float, display: str | None):
+    """40 N m of friction were 40000 mN m in every simulator, and so were 5 N m of a drive with little friction."""
+    stated = {"Fs": friction, "Fc": friction}
+    interface = interface_for(equations("joint4"), kind="native", values=stated, largest_torque=drive)
     named = {"token": "{}"} if write is model_description3 else {"guid": "{}", "python": False}
     root = ElementTree.fromstring(write(interface, text="joint", **named))
     shown = [one.get("displayUnit") for one in root.iter() if one.get("unit") == "N.m"]

@@ -26,6 +26,8 @@ def test_a_lonely_minimum_near_the_data_is_not_blamed_on_units():
     assert "haptid missing" in tell_outcome(step)
     assert "units" not in tell_outcome(step)
     assert step_json(step)["outcome_sentence"] == tell_outcome(step) in attention(step)
+    applied = max(np.abs(run.u).max() for run in runs())
+    assert step_json(step)["largest_torque_Nm"] == applied > 0
     far = found.but(runs=tuple(replace(one, rmse=300.0 * one.rmse) for one in found.runs))
     assert "columns and units are right" in tell_outcome(replace(step, fit=far))
     assert "columns and units are right" in tell_outcome(replace(step, torque_scored=True))

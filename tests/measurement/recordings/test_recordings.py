@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import json
 import os
+import re
 import shutil
 import struct
 import tomllib
@@ -20,7 +21,9 @@ import pytest
 from click.testing import CliRunner
 from scipy.io import savemat
 
+from haptid.measurement import new
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.making.lacking_columns import tell_how_to_name
 from haptid.measurement.new import main
 from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.recording import recordings_in
@@ -395,9 +398,39 @@ def test_state_and_action_alone_are_refused_with_what_suffices(folder: Path):
     maps = ["--map", "observation.state.elbow.pos=position_0_rad", "--map", "action.elbow.pos=reference_0_rad"]
     done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic", *maps])
     assert done.exit_code == 2, done.output
-    told = "torque, current, voltage or duty of joint 0, got its position and reference alone; log one of them, or "
+    told = "torque, current, voltage or duty of joint 0, got its position and reference alone; log one of them too, or "
     assert f"{told}state the position controller: [joint.0.controller] in a campaign.toml" in done.output
     assert len(done.output.splitlines()) == 1
+
+
+@pytest.mark.parametrize("names", [("shoulder.pos", "elbow.pos"), ("main_shoulder_pan", "main_elbow"), ("0", "1")])
+@pytest.mark.parametrize("asks", [True, False])
+def test_state_and_action_are_refused_at_once_without_a_torque_for_either(
+    folder: Path, names: tuple[str, str], asks: bool, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(new, "_can_ask", lambda: asks)
+    lerobot(folder, driven="action", names=names)
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
+    assert done.exit_code == 2, done.output
+    # A long path leaves room for the ends of the columns' names.
+    told = "torque, current, voltage or duty of joint 0, got obs.* alone; log one of them too, or state the position"
+    assert re.search(told, done.output) is not None
+    assert "--map" not in done.output
+    assert len(done.output.splitlines()) == 1
+
+
+def test_state_and_action_beside_a_current_ask_for_the_current(folder: Path):
+    columns = {"time_s": T, "observation.state": POSITION, "action": POSITION, "observation.current": TORQUE}
+    pd.DataFrame(columns).to_csv(folder / "a.csv", index=False)
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
+    assert done.exit_code == 2, done.output
+    assert "name them, as in --map 'observation.current=current_0_A'" in done.output
+
+
+@pytest.mark.parametrize("name", ["observation.state.m", "pos_m_raw", "action", "setpoint", "angle i"])
+def test_no_torque_is_proposed_for_the_name_of_a_position(name: str):
+    told = tell_how_to_name(["torque"], ["time_s", name, "position_0_rad"], [0], None)
+    assert told == "no torque: add torque_0_Nm (zeros of a free swing)"
 
 
 def test_damaged_data_sets_of_lerobot_are_refused_in_one_line(folder: Path):

@@ -14,6 +14,7 @@ from click.testing import CliRunner
 from haptid.api.campaign import Campaign
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.measurement import check, new
+from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
 from haptid.measurement.format.reading import open_source, read_campaign
 from haptid.measurement.format.run_entries import _posture
@@ -140,3 +141,5 @@ def test_runs_that_stand_alone_in_their_posture_are_remarked_on(tmp_path: Path) 
     assert "j0_3.csv, joint 0: no run to fit has its posture (1 at +0.6): it is compared with nothing" in told
     assert "j1_2.csv, joint 1: the only run to fit in its posture (0 at +0.3)" in told
     assert "j0_0.csv, joint 0: the only run" not in told
+    # The commands that fit, and haptid init at its end, tell the same.
+    assert any("the only run to fit in its posture" in remark for remark in ready_for_fits(made).remarks)

@@ -115,6 +115,22 @@ def test_torques_from_1_on_stand_in_newton_metres():
     assert list(axis.lines[0].get_ydata()) == [3.0, -40.0]
 
 
+def test_residuals_of_a_drive_of_some_newton_metres_stand_in_its_unit():
+    """An arm of ±5 N m had its gaps in mN m, beside a picture in N m."""
+    run = known_run("a.csv")
+    strong = SimpleNamespace(**vars(STUDY) | {"runs": (run.but(y=5.0 * np.sign(run.y + 0.1)),)})
+    models = {
+        name: SimpleNamespace(**vars(getattr(FINDING.search, name)) | {"study": strong}) for name in ("base", "final")
+    }
+    finding = replace(FINDING, search=replace(FINDING.search, study=strong, **models))
+    seen = render(torque_gap_page, finding, "An arm", measured=True)
+    table = seen.table("Before and after")
+    assert table.header[1] == "left before [N m]"
+    assert list(table.row("fitted stretches").values())[1:4] == ["0.0417", "0.0129", "0.0054"]
+    assert seen.table("What was tried", "Round 1").header[3] == "left there [N m]"
+    assert TorqueLeft.of(finding).largest == 5.0
+
+
 def test_an_effect_of_the_torque_has_its_value_and_its_error(torque):
     assert torque.table("What is missing", heading="effect").rows[1:] == [
         ["cogging", "a", "0.003456 ± 0.000078 N m", "87 %"]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import importlib.metadata
+import os
+import subprocess
 import sys
 import sysconfig
 from pathlib import Path
@@ -17,7 +19,7 @@ from packaging.version import Version
 
 from haptid.support.installing import environment, installation
 from haptid.support.installing import lock_file as locked
-from haptid.support.installing.environment import parse_requirement, requirements
+from haptid.support.installing.environment import ROOT, VENV_PYTHON, parse_requirement, requirements
 
 versions = st.lists(st.integers(0, 40), min_size=1, max_size=4).map(lambda parts: ".".join(map(str, parts)))
 operators = st.sampled_from([">=", ">", "<", "<=", "==", "!="])
@@ -102,3 +104,35 @@ def test_the_project_is_not_installed_into_an_interpreter_that_the_system_manage
 def test_nor_where_nothing_can_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sysconfig, "get_path", lambda _: str(tmp_path / "absent"))
     assert not installation.can_install_here()
+
+
+@pytest.mark.skipif(VENV_PYTHON.is_file(), reason="there the commands run under the clone's .venv")
+@pytest.mark.parametrize("module", ["haptid", "identification.run", "measurement.check", "uq.run", "report.run"])
+def test_an_interpreter_without_any_package_is_told_in_one_line(module: str, bare_python: Path):
+    done = subprocess.run(
+        [bare_python, "-m", module, "check"], cwd=ROOT, capture_output=True, text=True, check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith(f"error: {bare_python} lacks click, ")
+    assert done.stderr.endswith("; run `make fmu` first\n")
+
+
+def test_an_installed_command_without_its_packages_is_told_to_be_installed_again(monkeypatch, capsys):
+    lacking = (environment.parse_requirement("click>=8"),)
+    monkeypatch.setattr(environment, "missing", lambda **_: lacking)
+    monkeypatch.setattr(environment, "in_clone", lambda: False)
+    with pytest.raises(SystemExit) as ended:
+        environment.exit_where_lacking()
+    assert ended.value.code == 2
+    told = "lacks click; install haptid again with its requirements (pip install haptid)\n"
+    assert capsys.readouterr().err.endswith(told)
+
+
+@pytest.fixture(scope="module")
+def bare_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An interpreter without any package."""
+    folder = tmp_path_factory.mktemp("bare")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+    return folder / "bin" / "python"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,19 +11,19 @@ import click
 import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
-from haptid.measurement.making.mapping import TORQUE, Target, parse_map
 from haptid.measurement.making.prepared import PreparedTable
-from haptid.measurement.making.units_in_names import understand_columns
-from haptid.measurement.signals.noise import estimate_noise
+from haptid.measurement.signals.noise import estimate_noise, write_estimated_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 from haptid.support.numbers import read_number
 
 T = TypeVar("T")
+NONE = "-"
+"""Reply that takes nothing, where a bare Enter takes what is proposed."""
 
 
-def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, Any]:
+def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any], former: Mapping[str, Any]) -> dict[str, Any]:
     """Ask for title, device, origin and validation runs where no flag gives them.
 
     Parameters
@@ -33,25 +33,31 @@ def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[
     tables
         The user's tables.
     flags
-        Options by name; None, or empty, where absent.
+        Options by name; None where absent.
+    former
+        Earlier replies by the name of the option, which are proposed again.
 
     Returns
     -------
     dict
-        The options with the replies.
+        The options with the replies; that to ``validate`` is an empty tuple where no run is to be kept.
     """
     flags, names = dict(flags), [table.file_name for table in tables]
     if flags["title"] is None:
-        flags["title"] = click.prompt("Title", default=folder.resolve().name)
+        flags["title"] = click.prompt("Title", default=former.get("title", folder.resolve().name))
     if flags["device"] is None:
         question = "Device (built-in name, device TOML or URDF, or single_joint)"
-        flags["device"] = _ask(question, propose_device(folder), lambda reply: find_device(reply, folder))
+        proposed = former.get("device", propose_device(folder))
+        flags["device"] = ask(question, proposed, lambda reply: find_device(reply, folder))
     if flags["measured"] is None:
-        flags["measured"] = _ask_whether("Were the data measured on a real device?")
-    if not flags["validate"] and len(tables) > 1:
-        question = f"Runs to keep from every fit, of {' '.join(names)} (names or val_*.csv, separated by spaces)"
-        flags["validate"] = _ask(
-            question, " ".join(propose_validation(names)), lambda reply: select_runs(reply.split(), names)
+        flags["measured"] = _ask_whether("Were the data measured on a real device?", former.get("measured", True))
+    if flags["validate"] is None and len(tables) > 1:
+        question = (
+            f"Runs to keep from every fit, of {' '.join(names)} (names or val_*.csv, separated by spaces; - none)"
+        )
+        proposed = former.get("validate", propose_validation(names))
+        flags["validate"] = ask(
+            question, " ".join(proposed), lambda reply: () if reply == NONE else select_runs(reply.split(), names)
         )
     return flags
 
@@ -114,48 +120,6 @@ def assume_validation(tables: list[Table], flags: dict[str, Any]) -> tuple[dict[
     return {**flags, "validate": kept}, told
 
 
-def ask_columns(table: Table, stated: dict[str, Target], step: float | None) -> dict[str, Target]:
-    """Ask for the meaning of the columns whose names do not say it, where time, position or what drives is lacking.
-
-    Parameters
-    ----------
-    table
-        First of the user's tables.
-    stated
-        What flags say of columns.
-    step
-        Size of an encoder count [rad] or [m]; None where it is not stated.
-
-    Returns
-    -------
-    dict
-        Column of the format by column of the user's tables, ``stated`` included.
-
-    Raises
-    ------
-    InputError
-        Where two names stand for the same column, or a position in counts has no step.
-    """
-    known = understand_columns(table.columns, stated, step)
-    names = {known[column].name if column in known else column for column in table.columns}
-    driven = any(TORQUE.fullmatch(name) for name in names)
-    if "time_s" in names and driven and any(name.startswith("position_") for name in names):
-        return stated
-    click.echo(f"{table.path.name} has the columns {', '.join(table.columns)}. Empty keeps a column as it is.")
-    replies = dict(stated)
-    for column in table.columns:
-        if column not in known:
-            replies |= _ask_column(column)
-    return replies
-
-
-def _ask_column(column: str) -> dict[str, Target]:
-    def read(reply: str) -> dict[str, Target]:
-        return parse_map((f"{column}={reply}",)) if reply else {}
-
-    return _ask(f"{column} is (time_s, torque_0_Nm, position_0_rad*0.0174533, …)", "", read)
-
-
 def ask_step() -> float:
     """Ask for the angle of one encoder count, without which counts cannot be converted.
 
@@ -165,7 +129,7 @@ def ask_step() -> float:
         Angle [rad], 0 or more.
     """
     question = "Angle of one encoder count [rad] (as 2*pi/4096)"
-    return _ask(question, None, lambda reply: _number_of(reply, "angle of a count", least=0.0))
+    return ask(question, None, lambda reply: _number_of(reply, "angle of a count", least=0.0))
 
 
 def ask_supply() -> float:
@@ -194,7 +158,7 @@ def ask_constant(key: str) -> float:
         Torque [N m] or force [N] of an ampere, not 0.
     """
     what = "Force of an ampere [N/A]" if key.startswith("force") else "Torque of an ampere [N m/A]"
-    return _ask(f"{what} (1 where nobody knows it: masses and friction are then in amperes)", "", _factor)
+    return ask(f"{what} (1 where nobody knows it: masses and friction are then in amperes)", "", _factor)
 
 
 def _factor(reply: str) -> float:
@@ -223,23 +187,47 @@ def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> t
         Standard deviation and step [rad] ([m]); None where they are to be estimated from the data.
     """
     noises, steps = _estimate_sensor(prepared)
-    noise = _ask_estimated("Standard deviation of the position's noise [rad]", "noise", noises)
+    # As haptid check writes it: where readings rest on the encoder's levels, the step hides the noise.
+    written = [write_estimated_noise(*pair) for pair in sorted(zip(noises, steps, strict=True))]
+    noise = _ask_estimated("Standard deviation of the position's noise [rad]", "noise", (written[0], written[-1]))
     if resolution is None:
-        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", steps)
+        ends = [f"{end:.2g}" for end in (min(steps), max(steps))]
+        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends)
     return noise, resolution
 
 
-def ask_whether_to_write() -> None:
+def ask_whether_to_write() -> bool:
     """Ask whether the campaign is to be written as it was understood.
 
-    Raises
-    ------
-    InputError
-        Where it is not.
+    Returns
+    -------
+    bool
     """
-    if not _ask_whether("Write the campaign as understood above?"):
-        todo = "run it again; --map, --free, --device and --validate say what is meant"
-        raise InputError("campaign", expected="a yes to what was understood", got="no: nothing was written", todo=todo)
+    return _ask_whether("Write the campaign as understood above?", proposed=True)
+
+
+def ask_what_to_change(choices: Sequence[str]) -> str:
+    """Ask which of the replies is to be given again.
+
+    Parameters
+    ----------
+    choices
+        Words that name the replies.
+
+    Returns
+    -------
+    str
+        One of the words.
+    """
+
+    def read(reply: str) -> str:
+        fitting = [choice for choice in choices if reply and choice.startswith(reply.lower())]
+        if len(fitting) != 1:
+            raise click.UsageError(todo)
+        return fitting[0]
+
+    listed, todo = ", ".join(choices), f"answer {', '.join(choices[:-1])} or {choices[-1]}"
+    return ask(f"What is to be changed? ({listed}; Ctrl-C leaves without writing)", None, read)
 
 
 def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], list[float]]:
@@ -255,15 +243,14 @@ def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], li
     return noises, steps
 
 
-def _ask_estimated(question: str, what: str, estimates: Sequence[float]) -> float | None:
-    """Ask for a number; the default shows the estimates, and stands for estimating each run's own."""
-    ends = dict.fromkeys(f"{end:.2g}" for end in (min(estimates), max(estimates)))
-    default = f"estimated: {' to '.join(ends)}"
+def _ask_estimated(question: str, what: str, ends: Sequence[str]) -> float | None:
+    """Ask for a number; the default shows the least and the largest estimate, and stands for each run's own."""
+    default = f"estimated: {' to '.join(dict.fromkeys(ends))}"
 
     def read(reply: str) -> float | None:
         return None if reply == default else _number_of(reply, what, above=0.0)
 
-    return _ask(question, default, read)
+    return ask(question, default, read)
 
 
 def _number_of(reply: str, what: str, *, least: float = -math.inf, above: float = -math.inf) -> float:
@@ -278,19 +265,34 @@ def _number_of(reply: str, what: str, *, least: float = -math.inf, above: float 
     return number
 
 
-def _ask_whether(question: str) -> bool:
-    """Ask for yes, the default, or no."""
+def _ask_whether(question: str, proposed: bool) -> bool:
+    """Ask for yes or no."""
 
     def read(reply: str) -> bool:
         if reply.lower() not in ("y", "yes", "n", "no"):
             raise click.UsageError("answer y or n")
         return reply.lower().startswith("y")
 
-    return _ask(f"{question} (y/n)", "y", read)
+    return ask(f"{question} (y/n)", "y" if proposed else "n", read)
 
 
-def _ask(question: str, default: str | None, read: Callable[[str], T]) -> T:
-    """Ask until ``read`` accepts the reply."""
+def ask(question: str, default: str | None, read: Callable[[str], T]) -> T:
+    """Ask until ``read`` accepts the reply.
+
+    Parameters
+    ----------
+    question
+        What is asked.
+    default
+        Reply that a bare Enter gives; None where there has to be one.
+    read
+        Function from the reply to its value; an `InputError` of it is shown, and the question asked again.
+
+    Returns
+    -------
+    T
+        What ``read`` made of the reply.
+    """
 
     def check_reply(reply: str) -> T:
         try:
@@ -298,5 +300,5 @@ def _ask(question: str, default: str | None, read: Callable[[str], T]) -> T:
         except InputError as error:
             raise click.UsageError(str(error)) from None  # click shows it and asks again
 
-    answer: T = click.prompt(question, default=default, value_proc=check_reply)
+    answer: T = click.prompt(question, default=default, value_proc=check_reply, show_default=bool(default))
     return answer

@@ -1,0 +1,1 @@
+"""Questions on a terminal in, what the user means by the tables out."""

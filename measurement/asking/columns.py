@@ -1,0 +1,237 @@
+"""Ask what the columns of tables are, until the tables hold all that a fit needs: `Table`s in, `Target`s out.
+
+1. Columns whose names say what they are, and a time whose rows' interval tells its unit, are not asked for.
+2. The others are asked for one by one; what is likely meant is proposed where its unit is known.
+3. What lacks after that is told, and the columns that were left open are asked for again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import click
+
+from haptid.measurement.asking.questions import NONE, ask
+from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.lacking_columns import propose_target
+from haptid.measurement.making.mapping import COLUMNS_NEEDED, Target, free_joints, lacking_signals, parse_map
+from haptid.measurement.making.times import is_bare_time
+from haptid.measurement.making.units_in_names import understand_columns
+from haptid.measurement.tables.table import Table
+from haptid.support.errors import InputError
+
+WORDS = {
+    "time": "a time",
+    "torque": "what drives the joint (a torque, current, voltage or duty)",
+    "position": "a position",
+}
+"""Signals that a table may lack, as a user is told of them."""
+EXAMPLES = {
+    "time": "time_s*0.001 of ms",
+    "torque": "torque_0_Nm, current_0_A",
+    "position": "position_0_rad, position_0_rad*0.0174533 of degrees",
+}
+"""Replies that name a column, by the signal that lacks."""
+DRIVEN = ("torque", "position")
+"""Signals of which a joint needs both."""
+
+
+def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, Target]:
+    """Ask for the columns whose names do not say what they are, as long as time, position or what drives lacks.
+
+    Parameters
+    ----------
+    tables
+        The user's tables.
+    answers
+        What flags, or earlier replies, say of columns, free joints and the size of an encoder count.
+
+    Returns
+    -------
+    dict
+        Column of the format by column of the user's tables, what was stated included.
+
+    Raises
+    ------
+    InputError
+        Where something lacks, and no column is left that could be it.
+    """
+    step, asked = answers.resolution, False
+    replies = {**_plain_times(tables, answers.stated, step), **answers.stated}
+    while (fault := _find_fault(tables, replace(answers, stated=replies))) is not None:
+        table, error, lacking = fault
+        known = _understand(table, replies, step)
+        unknown = [column for column in table.columns if column not in known and not KNOWN.fullmatch(column)]
+        # Where nothing lacks, or every column has its reply, and the table still does not do, a reply is wrong.
+        replied = [column for column in table.columns if column in unknown or column in replies]
+        columns = unknown if lacking and unknown else replied
+        if not columns:
+            raise error
+        click.echo(_tell_fault(table, error, lacking, again=asked))
+        for column in columns:
+            replies = _ask_column(column, table, replies, lacking, step)
+        asked = True
+    return replies
+
+
+def ask_all_columns(
+    tables: Sequence[Table], understood: Mapping[str, Target], stated: Mapping[str, Target]
+) -> dict[str, Target]:
+    """Ask for every column again, with what was understood of it as the reply to a bare Enter.
+
+    Parameters
+    ----------
+    tables
+        The user's tables.
+    understood
+        Column of the format by column of the user's tables, as it was understood last.
+    stated
+        The part of it that flags and earlier replies say.
+
+    Returns
+    -------
+    dict
+        Column of the format by column of the user's tables.
+    """
+    replies = dict(stated)
+    for column in dict.fromkeys(column for table in tables for column in table.columns):
+        target = understood.get(column)
+        default = "" if target is None else _write(target)
+
+        def read(reply: str, column: str = column, default: str = default) -> Target | None:
+            if reply == default:
+                return understood.get(column)
+            return Target(name=column) if reply == NONE else _read_target(reply)
+
+        given = ask(f"{column} is {_describe_ways(column, default)}", default, read)
+        replies.pop(column, None)
+        if given is not None:
+            replies[column] = given
+    return replies
+
+
+def _describe_ways(column: str, default: str) -> str:
+    if default:
+        return f"({NONE} leaves it unused)"
+    return (
+        "(a name of the format)"
+        if KNOWN.fullmatch(column)
+        else f"({', '.join(EXAMPLES[signal] for signal in DRIVEN)}, …)"
+    )
+
+
+def _ask_column(
+    column: str, table: Table, replies: Mapping[str, Target], lacking: Sequence[str], step: float | None
+) -> dict[str, Target]:
+    """Return the replies with that to one column; a column that stays open has none."""
+    others = {known: target for known, target in replies.items() if known != column}
+    taken = {target.name for target in _understand(table, others, step).values()} | {
+        name for name in table.columns if KNOWN.fullmatch(name)
+    }
+    earlier = replies.get(column)
+    goal, note = ("", "") if earlier is not None else _propose(column, table, lacking, taken)
+    default = _write(earlier) if earlier is not None else "" if note else goal
+    ways = f"{goal}; {note}" if note else ", ".join([*(EXAMPLES[signal] for signal in lacking or DRIVEN), "…"])
+    if default:
+        ways += f"; {NONE} leaves it unused"
+
+    def read(reply: str) -> Target | None:
+        if reply in ("", NONE):
+            return None
+        target = _read_target(reply)
+        if target.name in taken:
+            raise InputError(column, expected="a name that no other column has", got=target.name)
+        return target
+
+    target = ask(f"{column} is ({ways})", default, read)
+    return others if target is None else {**others, column: target}
+
+
+def _propose(column: str, table: Table, lacking: Sequence[str], taken: set[str]) -> tuple[str, str]:
+    """Return what a column is likely, and a note on the other unit that is as likely; empty where nothing is."""
+    for signal in lacking:
+        goal, note = propose_target(signal, column, table.columns, table.loosely)
+        if goal and goal.partition("*")[0] not in taken:
+            return goal, note
+    return "", ""
+
+
+def _read_target(reply: str) -> Target:
+    try:
+        (target,) = parse_map((f"column={reply}",)).values()
+    except InputError:
+        expected = "a name of the format, as torque_0_Nm or position_0_rad*0.0174533"
+        raise InputError("column", expected=expected, got=repr(reply)) from None
+    return target
+
+
+def _write(target: Target) -> str:
+    return target.name if target.factor == 1.0 else f"{target.name}*{target.factor:.12g}"
+
+
+def _plain_times(tables: Sequence[Table], stated: Mapping[str, Target], step: float | None) -> dict[str, Target]:
+    """Return the times without a unit of tables that have one such column each, where the rows' interval tells it."""
+    found: dict[str, Target] = {}
+    for table in tables:
+        names = names_of(table, stated, step)
+        times = [column for column in table.columns if is_bare_time(column)]
+        if "time_s" in names or len(times) != 1:
+            continue
+        goal, note = propose_target("time", times[0], table.columns, table.loosely)
+        if goal and not note:
+            found[times[0]] = _read_target(goal)
+    return found
+
+
+def _understand(table: Table, replies: Mapping[str, Target], step: float | None) -> dict[str, Target]:
+    """Return what is known of the columns of a table: what is stated alone, where two names say the same."""
+    try:
+        return understand_columns(table.columns, replies, step)
+    except InputError:
+        return dict(replies)
+
+
+def names_of(table: Table, replies: Mapping[str, Target], step: float | None) -> list[str]:
+    """Name the columns of a table as the campaign format has them.
+
+    Parameters
+    ----------
+    table
+        The user's table.
+    replies
+        What flags or replies say of columns.
+    step
+        Size of an encoder count [rad] or [m]; None where it is not stated.
+
+    Returns
+    -------
+    list of str
+        Names of the format, where they are stated or understood; else the user's.
+    """
+    known = _understand(table, replies, step)
+    return [known[column].name if column in known else column for column in table.columns]
+
+
+def _find_fault(tables: Sequence[Table], answers: Answers) -> tuple[Table, InputError, list[str]] | None:
+    """Return the first table that no fit could use, its error, and the signals that it lacks."""
+    for table in tables:
+        names = names_of(table, answers.stated, answers.resolution)
+        try:
+            understand_columns(table.columns, answers.stated, answers.resolution)
+            free_joints(names, str(table.path), answers.free, numbers_of=table.loosely)
+        except InputError as error:
+            return table, error, lacking_signals(names)
+    return None
+
+
+def _tell_fault(table: Table, error: InputError, lacking: Sequence[str], *, again: bool) -> str:
+    if error.expected != COLUMNS_NEEDED:
+        return str(error)
+    if not lacking:
+        return f"{table.path.name}: {error.todo.removesuffix(' by --map')}"
+    told = f"{table.path.name} {'still ' if again else ''}lacks {' and '.join(WORDS[signal] for signal in lacking)}."
+    if again:
+        return told
+    return f"{told} It has the columns {', '.join(table.columns)}. Enter alone leaves a column unused."

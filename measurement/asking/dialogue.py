@@ -1,0 +1,180 @@
+"""Talk with the user on a terminal until a campaign is understood as it is meant: tables in, `Answers` out.
+
+Each question is asked once. Where the user does not agree with what was understood, or a reply cannot be right, the
+user names what is to be changed, and only that is asked again, with the earlier reply as the proposal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from haptid.measurement.asking.columns import ask_all_columns, ask_lacking_columns, names_of
+from haptid.measurement.asking.questions import (
+    ask_constant,
+    ask_facts,
+    ask_sensor,
+    ask_step,
+    ask_supply,
+    ask_what_to_change,
+    ask_whether_to_write,
+)
+from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.from_flags import answers_of, complete
+from haptid.measurement.making.mapping import Target, refuse_reference_alone
+from haptid.measurement.making.prepared import (
+    PreparedTable,
+    current_constants,
+    describe,
+    describe_drives,
+    lack_supply,
+    prepare_tables,
+)
+from haptid.measurement.making.units_in_names import in_counts
+from haptid.measurement.tables.table import Table
+from haptid.support.errors import InputError
+
+COLUMNS, SENSOR = "columns", "noise"
+"""What may be changed beside the options of `OPTIONS`."""
+OPTIONS = {
+    "title": "title",
+    "device": "device",
+    "origin": "measured",
+    "validation": "validate",
+    "ampere": "torque_constant",
+    "supply": "supply",
+}
+"""Option by the word under which its reply may be changed."""
+
+
+def ask_until_agreed(
+    folder: Path,
+    tables: Sequence[Table],
+    flags: Mapping[str, Any],
+    stated: Mapping[str, Target],
+    layouts: Sequence[str],
+) -> tuple[Answers, list[PreparedTable]]:
+    """Ask for what no flag says, show what was understood, and ask for changes until the user agrees.
+
+    Parameters
+    ----------
+    folder
+        Folder of the tables.
+    tables
+        The user's tables.
+    flags
+        Options of ``haptid init`` by name; None, or empty, where absent.
+    stated
+        Column of the format by column of the user's tables, as flags state it.
+    layouts
+        Lines on the tables' layouts, shown with what was understood.
+
+    Returns
+    -------
+    answers : Answers
+        Flags and replies.
+    prepared : list of PreparedTable
+        The tables as they were understood.
+
+    Raises
+    ------
+    InputError
+        Where the tables are at fault, and not a reply.
+    """
+    for table in tables:
+        refuse_reference_alone(names_of(table, stated, flags["resolution"]), str(table.path), table.loosely)
+    # Where the sensor is stated, the command may be one of a script: nothing is asked at its end.
+    talk = _Talk(folder, tables, flags, stated)
+    while True:
+        try:
+            answers, prepared = talk.ask()
+        except InputError as error:
+            if not talk.may_be_wrong:
+                raise
+            click.echo(f"Error: {error}")
+        else:
+            click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
+            if flags["noise"] is not None:
+                return answers, prepared
+            answers = talk.ask_sensor(answers, prepared)
+            if ask_whether_to_write():
+                return answers, prepared
+        talk.change()
+
+
+class _Talk:
+    """Replies so far, each of which may be asked for again.
+
+    Parameters
+    ----------
+    folder, tables, flags, stated
+        As `ask_until_agreed` takes them.
+    """
+
+    def __init__(
+        self, folder: Path, tables: Sequence[Table], flags: Mapping[str, Any], stated: Mapping[str, Target]
+    ) -> None:
+        self.folder, self.tables, self.replies = folder, list(tables), dict(stated)
+        # None asks for the runs to keep, an empty tuple is the reply that there are none.
+        self.flags = {**flags, "validate": flags["validate"] or None}
+        self.given = [name for name, value in self.flags.items() if value is not None]
+        self.former: dict[str, Any] = {}
+        self.understood: dict[str, Target] = {}
+        self.sensor: tuple[float | None, float | None] | None = None
+        self.asked_columns = False
+        self.may_be_wrong = False
+        """Whether an error may be the fault of a reply, and not of the tables or of flags."""
+
+    def ask(self) -> tuple[Answers, list[PreparedTable]]:
+        """Ask for what is not known yet, and return what it all makes of the tables."""
+        self.may_be_wrong = False
+        self.flags = ask_facts(self.folder, self.tables, self.flags, self.former)
+        if self.flags["resolution"] is None and self._holds_counts():
+            self.flags["resolution"] = ask_step()
+        replies = ask_lacking_columns(self.tables, self._answers())
+        self.asked_columns |= replies != self.replies
+        self.may_be_wrong, self.replies = self.asked_columns, replies
+        prepared = prepare_tables(self.tables, self._answers())
+        self.understood = {column: target for one in prepared for column, target in one.targets.items()}
+        self.may_be_wrong |= "device" not in self.given
+        if self.flags["supply"] is None and lack_supply(prepared):
+            self.flags["supply"] = ask_supply()
+        constants = current_constants(prepared)
+        if self.flags["torque_constant"] is None and constants:
+            self.flags["torque_constant"] = ask_constant(next(iter(constants.values())))
+        answers = self._answers()
+        return answers, complete(prepared, answers)
+
+    def ask_sensor(self, answers: Answers, prepared: Sequence[PreparedTable]) -> Answers:
+        """Ask for noise and encoder step, once, and return the answers with them."""
+        if self.sensor is None:
+            self.sensor = ask_sensor(prepared, answers.resolution)
+        noise, resolution = self.sensor
+        return replace(answers, noise=noise, resolution=resolution)
+
+    def change(self) -> None:
+        """Ask what is to be changed; the next `ask` asks for it."""
+        choices = [
+            word for word, option in OPTIONS.items() if option not in self.given and self.flags[option] is not None
+        ]
+        choice = ask_what_to_change([*choices, COLUMNS, *([SENSOR] if self.sensor is not None else [])])
+        if choice == COLUMNS:
+            self.replies = ask_all_columns(self.tables, self.understood, self.replies)
+            self.asked_columns = True
+        elif choice == SENSOR:
+            self.sensor = None
+        else:
+            option = OPTIONS[choice]
+            self.former[option], self.flags[option] = self.flags[option], None
+
+    def _answers(self) -> Answers:
+        flags = {**self.flags, "validate": self.flags["validate"] or ()}
+        return answers_of(self.folder, self.tables, flags, self.replies)
+
+    def _holds_counts(self) -> bool:
+        """Whether a position without a stated factor is in encoder counts."""
+        return any(in_counts(name) for table in self.tables for name in table.columns if name not in self.replies)

@@ -1,0 +1,131 @@
+"""What ``haptid init`` asks on a terminal: what lacks again, and what the user wants to change."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+
+from haptid.measurement import check, new
+from haptid.measurement.format.reading import read_campaign
+
+T = np.arange(400) * 0.005
+FACTS = "Mine\n\n\n\n"
+"""Replies on title, device, origin and validation."""
+SENSOR = "\n\n"
+
+
+@pytest.fixture
+def tables(tmp_path: Path) -> Path:
+    """Two tables whose names say the time alone."""
+    folder = tmp_path / "tables"
+    folder.mkdir()
+    for name in ("one", "two"):
+        frame = pd.DataFrame({"time_s": T, "foo": np.cos(3 * T), "bar": 0.3 * np.sin(3 * T)})
+        frame.to_csv(folder / f"{name}.csv", index=False)
+    return folder
+
+
+@pytest.fixture
+def talk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Run the command on a terminal with these replies."""
+
+    def run(folder: Path, replies: str, *flags: str) -> Result:
+        monkeypatch.setattr(new, "_can_ask", lambda: True)
+        return CliRunner().invoke(new.main, [str(folder), "--out", str(tmp_path / "made"), *flags], input=replies)
+
+    return run
+
+
+def test_columns_that_bare_enters_left_open_are_asked_again(tables: Path, talk):
+    done = talk(tables, FACTS + "\n\n" + "torque_0_Nm\n\n" + "position_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    lacks = "lacks what drives the joint (a torque, current, voltage or duty) and a position."
+    assert f"one.csv {lacks} It has the columns time_s, foo, bar." in done.output
+    assert f"one.csv still {lacks}\nfoo is (torque_0_Nm" in done.output
+    # The column that has its reply is not asked a third time.
+    assert "one.csv still lacks a position.\nbar is (position_0_rad, " in done.output
+    assert "time_s is" not in done.output
+    np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
+
+
+def test_torque_and_position_of_two_joints_are_asked_again_with_the_replies_as_proposals(tables: Path, talk):
+    done = talk(tables, FACTS + "torque_0_Nm\nposition_1_rad\n" + "\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "torques of 0, positions of 1; give both one number\nfoo is (" in done.output
+    assert "leaves it unused) [torque_0_Nm]: \nbar is (" in done.output
+    assert read_campaign(tables.parent / "made").joints == (0,)
+
+
+@pytest.mark.parametrize("reply", ["position_0_rad*0.02", "nothing", "torque_0_Nm*x"])
+def test_a_reply_that_cannot_be_is_asked_again(tables: Path, talk, reply: str):
+    done = talk(tables, FACTS + f"position_0_rad\n{reply}\ntorque_0_Nm\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert done.output.count("Error: ") == 1
+
+
+def test_a_no_asks_what_is_to_be_changed_and_only_that(tables: Path, talk):
+    columns = "position_0_rad\ntorque_0_Nm\n"
+    changes = (
+        "n\ncol\n\ntorque_0_Nm\nposition_0_rad\n" + "n\nTitle\nOther\n" + "no\nval\ntwo.csv\n" + "n\nnoi\n1e-4\n\n"
+    )
+    done = talk(tables, FACTS + columns + SENSOR + changes + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "foo is (- leaves it unused) [position_0_rad]: torque_0_Nm" in done.output
+    assert "Title [Mine]: Other" in done.output
+    campaign = read_campaign(tables.parent / "made")
+    assert (campaign.title, campaign.noise_given) == ("Other", True)
+    assert [run.use for run in campaign.runs] == ["fit", "validate"]
+    np.testing.assert_allclose(campaign.runs[0].u[:, 0], np.cos(3 * T))
+    assert done.output.count("Were the data measured") == 1
+
+
+def test_a_column_may_be_left_unused_though_its_name_was_understood(tables: Path, talk):
+    for path in tables.iterdir():
+        pd.read_csv(path).rename(columns={"foo": "torque (Nm)"}).to_csv(path, index=False)
+    changes = "n\ncolumns\n\n-\n\n" + "\ntorque (Nm)\n-\n"
+    done = talk(tables, FACTS + "position_0_rad\n" + SENSOR + changes)
+    assert "torque (Nm) is (- leaves it unused) [torque_0_Nm]: -" in done.output
+    assert "one.csv lacks what drives the joint" in done.output
+
+
+def test_a_device_without_the_joint_is_asked_again(tables: Path, talk):
+    columns = "torque_7_Nm\nposition_7_rad\n"
+    done = talk(tables, "Mine\nfreedom6s\n\n\n" + columns + "device\nsingle_joint\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "Error: one.csv: expected joints 0 to 5 of freedom6s, got joint 7 of column 'bar'" in done.output
+    assert read_campaign(tables.parent / "made").device == "single_joint"
+
+
+def test_a_time_whose_rows_tell_its_unit_is_not_asked_for(tables: Path, talk):
+    for path in tables.iterdir():
+        frame = pd.read_csv(path).rename(columns={"time_s": "stamp"})
+        frame.assign(stamp=1000 * frame["stamp"]).to_csv(path, index=False)
+    done = talk(tables, FACTS + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "stamp is time_s, × 0.001" in done.output
+    np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].t, T, atol=1e-12)
+
+
+def test_tables_without_a_column_that_could_be_asked_for_are_refused(tables: Path, talk):
+    for path in tables.iterdir():
+        pd.read_csv(path).rename(columns={"foo": "position_0_rad"}).drop(columns="bar").to_csv(path, index=False)
+    done = talk(tables, FACTS)
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert "no torque: add torque_0_Nm" in done.stderr
+
+
+def test_the_noise_below_an_encoder_step_is_told_as_check_tells_it(tables: Path, talk):
+    step, turned = 2 * np.pi / 256, 0.3 * np.sin(0.8 * T)  # so slow that the readings rest on each level
+    for path in tables.iterdir():
+        columns = {"time_s": T, "torque_0_Nm": np.cos(0.8 * T), "position_0_rad": np.round(turned / step) * step}
+        pd.DataFrame(columns).to_csv(path, index=False)
+    done = talk(tables, FACTS + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    asked = re.search(r"position's noise \[rad\] \[estimated: (\S+)\]", done.output)
+    assert asked is not None
+    assert asked[1] == f"<{step / 12**0.5:.2g}"
+    shown = CliRunner().invoke(check.main, [str(tables.parent / "made")]).output
+    assert f" {asked[1]} " in shown
