@@ -69,7 +69,7 @@ def select_forward(begun: Begun) -> tuple[list[Trial], Trial, Dominant | None]:
             return trials, best, None
         if near is not None and (stands := dominant(s, led.at, near, start, best or near)) is not None:
             return [*trials, stands.trial, *stands.rivals], stands.trial, stands
-        if explained or _is_hopeless(led):
+        if explained or _is_hopeless(led) or s.is_over():
             return trials, best or start, None
     made, best = _add_one_by_one(begun)
     best = chosen([t for t in trials if t.adequate]) or best

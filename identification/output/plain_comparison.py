@@ -256,7 +256,10 @@ def tell_result(step: Step) -> str:
     if compared is None or compared.baseline is None:
         return "The fit is the result: the fitted runs have too few rows for the plain model."
     if step.fit.outcome is Outcome.PLAIN:
-        return "The plain model is the result: it predicts the runs that no fit saw better than the fit does."
+        return (
+            "The plain model is the result: it predicts the torque and the next second of motion of the runs that no fit "
+            f"saw better than the fit does{_tell_of_farther(compared)}."
+        )
     if not is_above_noise(step):
         return "The fit is the result: what it leaves is the sensor's noise."
     if not np.isfinite(compared.badness("model", "validate")):
@@ -264,6 +267,17 @@ def tell_result(step: Step) -> str:
     drive = step.fit.equations.drive
     by_motor = drive is not None and not drive.commands_torque
     return f"The fit is the result: {_tell_of_unseen(compared, by_motor=by_motor)}."
+
+
+def _tell_of_farther(compared: Compared) -> str:
+    """Say where the plain model, which is the result, strays farther in a free simulation of whole unseen runs."""
+    unseen = [both for (_, use), both in compared.figures.items() if use == "validate"]
+    if any("model" not in both or "baseline" not in both for both in unseen):
+        return ""
+    fitted, plain_model = (column_rms([both[name].free_rmse for both in unseen]) for name in ("model", "baseline"))
+    if not np.all(plain_model <= fitted):  # one that does not stay finite strays farther, too
+        return "; simulated freely over whole runs it strays farther"
+    return ""
 
 
 def _tell_of_unseen(compared: Compared, *, by_motor: bool) -> str:

@@ -53,9 +53,9 @@ class Outcome(Enum):
         "because a simulation from this torque drifts"
     )
     PLAIN = (
-        "the plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts the runs that no "
-        "fit saw better than a fit of the whole model, so that it is the result; for what both lack try haptid missing "
-        "(python -m discrepancy.run in a clone)"
+        "the plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts the torque and the "
+        "next second of motion of the runs that no fit saw better than a fit of the whole model, so that it is the "
+        "result; for what both lack try haptid missing (python -m discrepancy.run in a clone)"
     )
     OBSERVED = (
         "small errors grow during these runs: fitted with the measured position fed back through an observer, "

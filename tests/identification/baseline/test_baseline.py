@@ -192,6 +192,14 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     assert fixed[2] == "-"
     assert "inertia " not in text_of(tell_summary([step, step], {}))
     assert tell_result(step).startswith("The plain model is the result")
+    for farther in ("model", "baseline"):
+        strayed = {
+            name: replace(one, free_rmse=np.array([2.0 if name == farther else 1.0])) for name, one in unseen.items()
+        }
+        compared = replace(made.compared, figures={**made.compared.figures, at: strayed})
+        assert ("freely over whole runs it strays farther" in tell_result(replace(step, compared=compared))) is (
+            farther == "baseline"
+        )
     drive = Drive(kind="voltage")  # its torque is that of the fit, so that the plain model cannot take its place
     driven = made.fit.but(outcome=Outcome.ABOVE_NOISE, equations=replace(made.fit.equations, drive=drive))
     told = tell_result(replace(step, fit=driven))
