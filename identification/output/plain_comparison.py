@@ -257,8 +257,8 @@ def tell_result(step: Step) -> str:
         return "The fit is the result: the fitted runs have too few rows for the plain model."
     if step.fit.outcome is Outcome.PLAIN:
         return (
-            "The plain model is the result: it predicts the torque and the next second of motion of the runs that no fit "
-            f"saw better than the fit does{_tell_of_farther(compared)}."
+            "The plain model is the result: it predicts the torque and the next second of motion of the runs that no "
+            f"fit saw better than the fit does{_tell_of_farther(compared)}."
         )
     if not is_above_noise(step):
         return "The fit is the result: what it leaves is the sensor's noise."

@@ -53,8 +53,8 @@ class Outcome(Enum):
         "because a simulation from this torque drifts"
     )
     PLAIN = (
-        "the plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts the torque and the "
-        "next second of motion of the runs that no fit saw better than a fit of the whole model, so that it is the "
+        "the plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts the torque and "
+        "the next second of motion of the runs that no fit saw better than a fit of the whole model, so that it is the "
         "result; for what both lack try haptid missing (python -m discrepancy.run in a clone)"
     )
     OBSERVED = (
