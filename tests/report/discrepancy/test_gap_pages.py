@@ -146,6 +146,21 @@ def test_the_nominal_parameters_stand_beside_those_with_the_effects(torque):
     ]
 
 
+def test_a_value_that_the_runs_do_not_tell_has_no_number():
+    """The equilibrium of a spring that was not there stood as -10 ± 10239 rad."""
+    angle = Quantity(id="epos", unit="rad", description="equilibrium", initial=0.0, lower=-10.0, upper=10.0)
+    study = SimpleNamespace(**vars(STUDY) | {"base": SimpleNamespace(parameters=(INERTIA, angle))})
+    models = {}
+    for name, std in (("base", 10239.0), ("final", 0.5)):
+        model = getattr(FINDING.search, name)
+        known = {"values": model.values | {"epos": -9.5}, "std": model.std | {"epos": std}}
+        models[name] = SimpleNamespace(**vars(model) | known)
+    found = replace(FINDING, search=replace(FINDING.search, study=study, **models))
+    seen = render(torque_gap_page, found, "An arm", measured=True)
+    (table,) = [grid for grid in seen.tables if grid.header[:2] == ["parameter", "without the effects"]]
+    assert table.rows[-1] == ["epos", "–", "-9.50 ± 0.50 rad"]
+
+
 def test_a_refit_through_the_controller_has_a_column_of_its_own():
     loop = SimpleNamespace(values={"a": 2.5e-3, "inertia": 0.0243}, rms={"fit": 1.0}, mean_absolute={})
     seen = render(torque_gap_page, replace(FINDING, nominal_loop=loop, final_loop=loop), "An arm", measured=True)
