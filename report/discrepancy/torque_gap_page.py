@@ -162,7 +162,7 @@ def _nominal_parameters(finding: TorqueFinding) -> Table:
 
 
 def _value(model: TorqueFit, quantity: Quantity) -> str:
-    """Write a value with its error; a dash where the error exceeds the range, so that the runs do not tell the value."""
+    """Write a value with its error; a dash where that exceeds the range, so that the runs do not tell the value."""
     if model.std[quantity.id] > quantity.upper - quantity.lower:
         return "–"
     return _in_unit(with_error(model.values[quantity.id], model.std[quantity.id]), quantity)
