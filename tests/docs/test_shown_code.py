@@ -31,6 +31,16 @@ PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 WITH_COMMANDS = [page for page in PAGES if "results" not in page.parts and commands_of(page)]
 WITH_PYTHON = [page for page in PAGES if blocks_of(page, "python")]
 WITH_TOML = [page for page in PAGES if blocks_of(page, "toml")]
+RUN_IN = {
+    "README": "tests/docs/test_shown_code.py",
+    "docs/how-to/accuracy_of_an_fmu": "tests/identification/sequence/test_written_draws.py",
+    "docs/how-to/find_missing_physics": "tests/docs/test_shown_code.py",
+    "docs/how-to/foreign_fmu": "tests/identification/calibration/test_calibration.py",
+    "docs/how-to/rigid_body_simulators": "tests/fmu_build/multibody/test_in_simulators.py",
+    "docs/tutorial/from_tables_to_fmu": "tests/docs/test_tutorial.py",
+    "docs/tutorial/through_python": "tests/api/test_page.py",
+}
+"""Which test runs the Python of a page; that of README with stand-ins for campaign and results."""
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
 
 
@@ -82,6 +92,14 @@ def test_python_of_a_page_compiles_and_imports(page: Path):
             if isinstance(node, ast.ImportFrom):
                 module = importlib.import_module(node.module or "")
                 assert all(hasattr(module, one.name) for one in node.names), ast.unparse(node)
+
+
+def test_the_python_of_every_page_is_run_somewhere():
+    assert {named(page) for page in WITH_PYTHON} == set(RUN_IN)
+    writers = {"docs/tutorial/from_tables_to_fmu": "tutorial_page", "docs/tutorial/through_python": "python_api"}
+    for page, test in RUN_IN.items():
+        text = (ROOT / test).read_text(encoding="utf-8")
+        assert Path(page).name in text or writers[page] in text, page
 
 
 @pytest.mark.parametrize("page", WITH_TOML, ids=named)

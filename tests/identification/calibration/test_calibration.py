@@ -12,8 +12,10 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from docs.parts.shown_code import blocks_of
 from haptid.identification.run import main as identify
 from haptid.measurement.check import main as check
+from haptid.support.installing.environment import ROOT
 from tests.identification.calibration_cases import BALL, DECAY, write_ball, write_decay
 from tests.identification.foreign.test_model_exchange import exchange_only
 from tests.real_data import DATA
@@ -78,6 +80,18 @@ def test_the_results_hold_the_value_as_fmu_and_as_parameter_set(identified):
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "SYNTHETIC" in page.upper()
     assert "decay.fmu" in page
+
+
+def test_the_program_of_the_page_simulates_the_identified_fmu(identified, tmp_path, monkeypatch):
+    out, data = identified
+    (program,) = blocks_of(ROOT / "docs" / "how-to" / "foreign_fmu.md", "python")
+    (tmp_path / "results").symlink_to(out)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(program, names)
+    assert names["values"] == {"k": data["configurations"][0]["parameters"]["k"]["value"]}
+    assert names["result"]["time"][-1] == pytest.approx(5.0)
+    assert np.isfinite(names["result"]["x"]).all()
 
 
 def test_the_same_seed_gives_the_same_numbers_with_processes_too(decay, identified, tmp_path, monkeypatch):
