@@ -152,7 +152,7 @@ def find(
     found = search(study, seed=seed, starts=starts, tell=tell)
     study = found.study
     tell("verdict")
-    judgement = judge(study, found)
+    judgement = judge(study, found, tell)
     refitted = None
     best, plain = found.best.candidate, found.before.candidate
     # A surrogate must not reach the users' model, so no FMU is built for an unlisted verdict.

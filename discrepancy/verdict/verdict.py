@@ -35,6 +35,7 @@ from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import MISSING
 from haptid.noise.correlation import Scatter
+from haptid.support.listener import Progress, ignore_progress
 
 Verdict = Literal["nothing_missing", "named", "partly_named", "ambiguous", "unlisted"]
 """The verdicts of INTERFACES."""
@@ -123,7 +124,7 @@ class Judgement:
         return replace(self, effects=effects)
 
 
-def judge(study: Study, found: Search) -> Judgement:
+def judge(study: Study, found: Search, tell: Progress = ignore_progress) -> Judgement:
     """Turn a search into a verdict.
 
     Parameters
@@ -132,6 +133,8 @@ def judge(study: Study, found: Search) -> Judgement:
         Study of the search.
     found
         Result of the search.
+    tell
+        Told of each step that takes seconds.
 
     Returns
     -------
@@ -142,6 +145,7 @@ def judge(study: Study, found: Search) -> Judgement:
     errors = of_curvature(solution)
     nothing: tuple[str, ...] = ()
     if verdict in ("named", "partly_named", "ambiguous"):
+        tell("standard errors of the named effects")
         fine, at_first = finer(study, solution)
         solution, errors = standard_errors(fine, at_first, solution)
     if verdict == "partly_named":  # what the names leave moves their parameters by as much more than noise does
@@ -154,7 +158,11 @@ def judge(study: Study, found: Search) -> Judgement:
     if verdict == "partly_named":  # a scatter may then stand for what has no name
         effects = tuple(e for e in effects if e.key not in solution.random)
     rivals = found.rivals if verdict == "ambiguous" else ()
+    if rivals and study.alone:
+        tell("a run that would tell the alternatives apart")
     proposal = _proposal(fine, solution, found, rivals) if rivals and study.alone else None
+    if verdict in ("unlisted", "partly_named"):
+        tell("the shape of what has no name")
     return Judgement(
         verdict=verdict,
         effects=effects,

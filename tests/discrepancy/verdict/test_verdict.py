@@ -28,12 +28,15 @@ def test_a_name_whose_first_amplitude_cannot_be_told_from_nothing_is_refused(
     """A slack of 17 ± 14 µrad had been named where an elastic tendon was missing in the catalogue."""
     study = study_with(tmp_path, {"time_delay": {"delay": 0.01}}, {"time_delay": catalogue()["time_delay"]})
     found = search(study, starts=2)
-    named = judge(study, found)
+    told: list[str] = []
+    named = judge(study, found, lambda title, *_, **__: told.append(title))
     assert named.verdict == "named"
+    assert told == ["standard errors of the named effects"]  # a bar that stands still for half a minute says why
 
     rough = np.full(found.best.solution.theta.size, 0.005)
     monkeypatch.setattr("haptid.discrepancy.verdict.verdict.standard_errors", lambda _, solution, __: (solution, rough))
-    refused = judge(study, found)
+    refused = judge(study, found, lambda title, *_, **__: told.append(title))
+    assert told[1:] == ["standard errors of the named effects", "the shape of what has no name"]
     assert refused.verdict == "unlisted"
     assert refused.sentence.endswith("It is like time_delay (torque that arrives late), but delay_time may be 0.")
     assert refused.shape is not None
