@@ -4,6 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from haptid.discrepancy.search.search import search
@@ -80,3 +81,15 @@ def test_the_better_of_two_rivals_has_the_name(criterion: float, name: str, monk
     assert found is not None
     assert found.keys == (name,)
     assert len(found.rivals) == 1
+
+
+@pytest.mark.parametrize(("whole", "closes"), [(None, False), (1.64, True), (1.0, False)])
+def test_what_a_model_at_the_noise_leaves_is_the_noise_whatever_is_stated(whole: float | None, *, closes: bool):
+    """A noise stated 2 % too small was a tenth of a small discrepancy, and the one name beside it was refused."""
+
+    def trial(rms: float) -> Any:
+        return SimpleNamespace(candidate=SimpleNamespace(prediction=SimpleNamespace(rms=(rms,))))
+
+    study: Any = SimpleNamespace(unseen=(SimpleNamespace(sensor_std=np.array([1.60])),))
+    model = None if whole is None else trial(whole)
+    assert dominance.closes_most(study, trial(1.65), trial(1.87), model) is closes
