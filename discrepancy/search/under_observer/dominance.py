@@ -115,19 +115,19 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
     found = near
     if full.effects != effects:
         found = judge_candidate(s, refit_with(s.study, near.solution, full.effects, values), start.candidate)
-    whole = best if best.adequate else None
-    if not _may_stand(s.study, found, start, whole):
+    at_noise = best if best.adequate else None
+    if not _may_stand(s.study, found, start, at_noise):
         return None
     rivals = _fit_rivals(s, full, places, near, start)
-    able = [t for t in rivals if _may_stand(s.study, t, start, whole)]
+    able = [t for t in rivals if _may_stand(s.study, t, start, at_noise)]
     winner = min((found, *able), key=lambda t: t.candidate.criterion)
     return Dominant(trial=winner, rivals=tuple(t for t in (found, *rivals) if t is not winner))
 
 
-def _may_stand(study: Study, found: Trial, start: Trial, whole: Trial | None) -> bool:
+def _may_stand(study: Study, found: Trial, start: Trial, at_noise: Trial | None) -> bool:
     """Say whether held-out runs show the effects of a model, and it leaves a small share of the discrepancy."""
     shown = found.held_out >= THRESHOLDS.verdict.least_evidence_of_each_name
-    return shown and not found.at_bound and closes_most(study, found, start, whole)
+    return shown and not found.at_bound and closes_most(study, found, start, at_noise)
 
 
 def _fit_rivals(s: Searcher, full: Lead, places: Sequence[_Place], near: Trial, start: Trial) -> list[Trial]:
@@ -175,7 +175,7 @@ def _weigh_place(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noi
     return _Place(effect=effect, stands=stands, rivals=tuple(rivals.values()))
 
 
-def closes_most(study: Study, found: Trial, start: Trial, whole: Trial | None = None) -> bool:
+def closes_most(study: Study, found: Trial, start: Trial, at_noise: Trial | None = None) -> bool:
     """Say whether a model leaves a small share of what the nominal model leaves of held-out runs.
 
     Parameters
@@ -186,18 +186,18 @@ def closes_most(study: Study, found: Trial, start: Trial, whole: Trial | None = 
         Trial with effects.
     start
         Nominal model.
-    whole
+    at_noise
         Model that leaves noise alone; None where there is none.
 
     Returns
     -------
     bool
-        By the mean squares of measured − simulated beyond the sensor's noise, or beyond what ``whole`` leaves where
+        By the mean squares of measured − simulated beyond the sensor's noise, or beyond what ``at_noise`` leaves where
         that is more: a stated noise may be a fifth too small. False where every run was fitted.
     """
     noise = [float(np.mean(np.square(run.sensor_std))) for run in study.unseen]
-    if whole is not None:
-        noise = [max(own, rms**2) for own, rms in zip(noise, whole.candidate.prediction.rms, strict=True)]
+    if at_noise is not None:
+        noise = [max(own, rms**2) for own, rms in zip(noise, at_noise.candidate.prediction.rms, strict=True)]
 
     def beyond(trial: Trial) -> float:
         return sum(max(rms**2 - own, 0.0) for rms, own in zip(trial.candidate.prediction.rms, noise, strict=True))
