@@ -49,8 +49,8 @@ def readme_text(data: dict[str, Any]) -> str:
     """
     first, again, fmus = (data["steps"][name] for name in ("pip", "pip_cached", "make_fmu"))
     return (
-        f"Measured on {data['machine']} with Python {data['python']} on {data['date']} (load {data['load'][0]:.1f} at the "
-        f"beginning, {data['load'][1]:.1f} at the end): "
+        f"Measured on {data['machine']} with Python {data['python']} on {data['date']} (load {data['load'][0]:.1f} at "
+        f"the beginning, {data['load'][1]:.1f} at the end): "
         f"`python -m venv` and `pip install .` take {_seconds(first)} and {first['disk_mb']:.0f} MB of disk, "
         f"{_seconds(again)} where pip has the packages already; `make fmu` in a new environment takes "
         f"{_seconds(fmus)}, the installation included, and {fmus['disk_mb']:.0f} MB."
