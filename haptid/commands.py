@@ -22,7 +22,7 @@ haptid doctor --json
 def doctor() -> Any:
     """Check whether this installation can work, one line a check, each with what to do about a problem.
 
-    Checked are Python, the required packages, the compiler, the cache (HAPTID_CACHE) and its disk, the optional extras,
+    Checked are Python, the required packages, compiler and cores, the cache (HAPTID_CACHE) and its disk, the extras,
     that a kernel compiles and that an FMU loads and runs: both are made anew in a temporary folder of the cache, which
     takes up to a minute. Exit code 1 where something is missing; an optional extra that is absent is not.
     """

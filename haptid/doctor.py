@@ -119,6 +119,7 @@ def _checks() -> Iterator[Check]:
     packages = _attempt("packages", _packages)
     yield packages
     yield _attempt("compiler", _compiler)
+    yield _attempt("cores", _cores)
     yield _attempt("cache", _cache)
     yield _attempt("disk", _disk)
     yield from (_extra(name, need) for name, need in EXTRAS.items())
@@ -155,6 +156,13 @@ def _packages() -> str:
     if lacking:
         raise CheckFailedError("lacks " + lacking, f"run `{_installation()}`")
     return "all required ones are installed"
+
+
+def _cores() -> str:
+    cores = os.cpu_count() or 1
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else cores
+    allowed = "" if usable == cores else f", of which this process may use {usable}"
+    return f"{cores}{allowed}; --workers takes as many"
 
 
 def _compiler() -> str:

@@ -24,14 +24,19 @@ PACKAGES = ("numpy", "scipy", "sympy", "pandas", "fmpy")
 
 
 def measure_curve(name: str) -> dict[str, Any]:
-    """Measure each size of a curve in a process of its own."""
+    """Measure each size of a curve in a process of its own; the curve says when, at which commit and load."""
     curve, points = CURVES[name], []
     for size in curve.sizes:
         command = [sys.executable, "-m", "benchmarks.performance.work", name, str(size)]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
         points.append(json.loads(done.stdout.splitlines()[-1]))
         click.echo(f"{curve.title}: {size} {curve.axis}, {points[-1]['cpu_s']:.2f} s of processor", err=True)
-    return {"title": curve.title, "axis": curve.axis, "points": points}
+    return {"title": curve.title, "axis": curve.axis, "points": points, **when()}
+
+
+def when() -> dict[str, Any]:
+    """Return date, commit and load of a measurement: curves that stay stored keep theirs."""
+    return {"date": datetime.now(UTC).date().isoformat(), "commit": commit(), "load": os.getloadavg()[0]}
 
 
 def commit() -> str:
@@ -54,13 +59,11 @@ def main(names: tuple[str, ...], waiting: bool, table: bool) -> None:
         measured = {name: measure_curve(name) for name in names or (() if waiting else CURVES)}
         stored = {
             "command": f"python -m benchmarks.performance {' '.join(sys.argv[1:])}".strip(),
-            "date": datetime.now(UTC).date().isoformat(),
-            "commit": commit(),
+            **when(),
             "machine": f"{os.cpu_count()} cores, {platform.machine()}",
             "versions": {"Python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
             "waiting_s": waiting_times(),
             "curves": {name: (curves | measured)[name] for name in CURVES if name in curves | measured},
-            "load": os.getloadavg()[0],
         }
         write_json(STORED, stored)
     if stored is not None:

@@ -54,8 +54,9 @@ def _measured_here() -> Iterator[Figure]:
     for curve in stored["curves"].values():
         for point in (curve["points"][0], curve["points"][-1]):
             group, name = curve["title"], f"{point['size']} {curve['axis']}"
-            yield Figure(group, name, point["cpu_s"], "s of processor", origin)
-            yield Figure(group, name, point["peak_mb"], "MB", origin)
+            then = f"performance.json, {curve['date']}"
+            yield Figure(group, name, point["cpu_s"], "s of processor", then)
+            yield Figure(group, name, point["peak_mb"], "MB", then)
 
 
 def _tutorial() -> Iterator[Figure]:

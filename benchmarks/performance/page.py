@@ -123,6 +123,12 @@ def workers_in_words(stored: Mapping[str, Any]) -> str:
     )
 
 
+def curves_in_words(stored: Mapping[str, Any]) -> str:
+    """Say when, of which commit and beside what load the curves were measured."""
+    told = (f"{one['date']}, commit {one['commit']}, load {one['load']:.1f}" for one in stored["curves"].values())
+    return "; ".join(dict.fromkeys(told))
+
+
 def page_of(stored: Mapping[str, Any]) -> str:
     """Return the page of stored results."""
     waiting = [f"| `{name}` | {seconds:.2f} |" for name, seconds in stored["waiting_s"].items()]
@@ -142,6 +148,8 @@ def page_of(stored: Mapping[str, Any]) -> str:
         "## What grows with what",
         "",
         "![Processor time and peak memory over what grows](performance.png)",
+        "",
+        f"Measured {curves_in_words(stored)}. Memory is that of the first process, without those of its workers.",
         "",
         "| work | what grows | size: processor s (wall s) | exponent | memory [MB] |",
         "| --- | --- | --- | ---: | --- |",

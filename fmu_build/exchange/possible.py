@@ -223,7 +223,9 @@ def same_unit(text: str, unit: str) -> bool:
     return one.exponents == other.exponents and one.factor == other.factor
 
 
-def with_pairs_in_order(values: Mapping[str, float], equations: Equations, where: str) -> dict[str, float]:
+def with_pairs_in_order(
+    values: Mapping[str, float], equations: Equations, where: str, *, of_fit: bool = False
+) -> dict[str, float]:
     """Return values whose pairs are in order to the last bit, as an FMU requires.
 
     Parameters
@@ -234,6 +236,8 @@ def with_pairs_in_order(values: Mapping[str, float], equations: Equations, where
         Equations with the orderings, as Fs ≥ Fc.
     where
         What states the values, for errors.
+    of_fit
+        Whether a fit found the values, and nobody states them: one that explains nothing may pass its constraints far.
 
     Returns
     -------
@@ -243,12 +247,13 @@ def with_pairs_in_order(values: Mapping[str, float], equations: Equations, where
     Raises
     ------
     InputError
-        Where a pair is out of order by more than `THRESHOLDS.largest_shortfall_of_stiction`.
+        Where a pair of stated values is out of order by more than `THRESHOLDS.largest_shortfall_of_stiction`.
     """
     guesses = {q.id: q.initial for q in equations.parameters}
     ordered = dict(values)
     for larger, smaller in equations.orderings:
-        check_order(larger, smaller, ordered, guesses, where)
+        if not of_fit:
+            check_order(larger, smaller, ordered, guesses, where)
         a, b = (ordered.get(id, guesses[id]) for id in (larger, smaller))
         if a < b:
             ordered[larger] = b

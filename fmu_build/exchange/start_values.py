@@ -48,7 +48,8 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         does not have, another unit than the variable's, or an impossible value.
     """
     if path is None:
-        return Identified(values=with_pairs_in_order(found.values, equations, "values"), provenance=found.provenance)
+        values = with_pairs_in_order(found.values, equations, "values", of_fit=True)
+        return Identified(values=values, provenance=found.provenance)
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}

@@ -34,6 +34,8 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "torque": (
         (r"mn[ ·*]?m(?!m)|n[ ·*]?mm", "torque_{}_Nm*0.001"),
+        (_ALONE.format(r"n[ ·*]?cm"), "torque_{}_Nm*0.01"),
+        (_ALONE.format(r"kn[ ·*]?m"), "torque_{}_Nm*1000"),
         (r"lbf?[ ·*]?ft|ft[ ·*]?lb", "torque_{}_Nm*1.35582"),
         (r"ozf?[ ·*]?in", "torque_{}_Nm*0.00706155"),
         (r"kgf?[ ·*]?cm", "torque_{}_Nm*0.0980665"),

@@ -21,7 +21,7 @@ def test_a_sound_installation_passes_every_check():
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     names = [check["name"] for check in told["checks"]]
-    assert names == ["Python", "packages", "compiler", "cache", "disk", *doctor.EXTRAS, "kernel", "FMU"]
+    assert names == ["Python", "packages", "compiler", "cores", "cache", "disk", *doctor.EXTRAS, "kernel", "FMU"]
     assert told["ok"]
     assert not list((Path(doctor.cache_folder("doctor"))).iterdir())
 
@@ -39,7 +39,7 @@ def test_problems_are_told_with_their_remedies(monkeypatch: pytest.MonkeyPatch):
     assert checks["disk"]["status"] == "PROBLEM"
     assert checks["posterior"]["status"] == "absent"
     assert "kernel" not in checks
-    assert "2 of 12 checks found a problem: packages, disk" in done.stderr
+    assert "2 of 13 checks found a problem: packages, disk" in done.stderr
 
 
 def test_a_check_that_breaks_is_a_finding(monkeypatch: pytest.MonkeyPatch):

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.fmu_build.exchange.identification_json import Identified
-from haptid.fmu_build.exchange.possible import check_order
+from haptid.fmu_build.exchange.possible import check_order, with_pairs_in_order
 from haptid.fmu_build.exchange.ssv import ssv_bytes
 from haptid.fmu_build.exchange.ssv_reader import read_ssv
 from haptid.fmu_build.exchange.start_values import with_start_values
@@ -109,3 +109,12 @@ def test_a_parameter_set_without_values_is_refused(tmp_path):
     assert done.exit_code == 2
     assert done.output.endswith("parameters.ssv: expected values of parameters or states, got none\n")
     assert not out.exists()
+
+
+def test_a_fit_that_passed_its_constraints_far_gives_an_fmu_all_the_same():
+    """A fit to a torque of another joint ended `haptid identify` after its fits: expected Fs >= Fc."""
+    equations = joint_equations(4)
+    found = Identified(values={"Fs": 549.3, "Fc": 986.2}, provenance={})
+    assert with_start_values(found, None, equations).values == {"Fs": 986.2, "Fc": 986.2}
+    with pytest.raises(InputError, match=r"expected Fs >= Fc, got Fs = 549\.3, Fc = 986\.2"):
+        with_pairs_in_order(found.values, equations, "values")

@@ -32,6 +32,8 @@ DEG = math.pi / 180
         ("Torque [N mm]", "torque_0_Nm", 1e-3),
         ("Torque [N·m]", "torque_0_Nm", 1.0),
         ("tau_1_mNm", "torque_1_Nm", 1e-3),
+        ("Moment [Ncm]", "torque_0_Nm", 1e-2),
+        ("Drehmoment (kNm)", "torque_0_Nm", 1e3),
         ("commanded torque (Nm)", "torque_0_Nm", 1.0),
         ("Force (N)", "force_0_N", 1.0),
         ("motor current (mA)", "current_0_A", 1e-3),
