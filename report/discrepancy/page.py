@@ -133,9 +133,18 @@ def _ranking(finding: Finding) -> list[Table]:
             header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
             rows=list(dict.fromkeys(rows)),  # a model that two ways led to stands there once
             caption=f"Refitted with all parameters{_law_in_words(found)}, over the nominal model, which leaves noise "
-            f"with p = {np.nanmin([found.before.left.p, found.before.left_p]):.2g}",
+            f"{_tell_tests(found.before)}",
         )
     ]
+
+
+def _tell_tests(before: Trial) -> str:
+    """Say how likely noise alone leaves as much as a model, by the tests of its residual and by the scores."""
+    told = f"with p = {before.left.p:.2g}"
+    if np.isnan(before.left_p):
+        return told
+    refuted = ", which no refit bore out" if before.refuted else ""
+    return f"{told}, and with p = {before.left_p:.2g} by the scores of the catalogue{refuted}"
 
 
 def _taken_among(found: Search) -> Trial:
