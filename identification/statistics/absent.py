@@ -25,6 +25,8 @@ from haptid.support.numbers import plain
 SPRING = ("Ks", "epos")
 """Ids of the stiffness and the equilibrium of a single joint's spring."""
 
+TERMS = ("spring", "gravity")
+"""Words of terms that may be absent."""
 NO_SPRING: dict[str, object] = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fixed": True}
 """Entries of both parameters that leave a spring out."""
 
@@ -61,6 +63,24 @@ def with_absent_terms(fit: Fit, largest: float = np.inf) -> Fit:
             statuses |= {id: "unidentifiable" for id in absent if statuses.get(id) in ("identified", "at_bound")}
             said += [name + sentence] if absent else []
     return fit.but(statuses=statuses, warnings=tuple(said))
+
+
+def absent_ids(fit: Fit) -> tuple[str, ...]:
+    """Return the parameters of terms that the runs show to be absent: no further run can tell them.
+
+    Parameters
+    ----------
+    fit
+        Fit with the warnings of `with_absent_terms`.
+
+    Returns
+    -------
+    tuple of str
+        Those of the spring, and of gravity.
+    """
+    spring, gravity = (any(text.startswith(f"no {term} is seen") for text in fit.warnings) for term in TERMS)
+    own = [id for id in fit.statuses if id.startswith("gravity_")]
+    return (*(SPRING if spring else ()), *(own if gravity else ()))
 
 
 def without_absent_spring(fit: Fit, own: Sequence[str]) -> Equations | None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from haptid.identification.output.summary import residual_unit, worst_score
 from haptid.identification.sequence.outcome_sentence import LINEAR_HOLD, seems_held_by_mistake
 from haptid.identification.sequence.step import Step
+from haptid.identification.statistics.absent import absent_ids
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import in_thousandths
@@ -81,7 +82,8 @@ def _next_action(step: Step, word: Word, advised: dict[str, str]) -> str:
     if word.level != "good" and seems_held_by_mistake(step):
         return f"State {LINEAR_HOLD} and fit again: the torque acts half a row before it is recorded."
     for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
-        ids = [id for id, one in step.fit.statuses.items() if one == status]
+        # What is absent no run can tell; the page says that it is.
+        ids = [id for id, one in step.fit.statuses.items() if one == status and id not in absent_ids(step.fit)]
         if ids:
             found = word_of(f"status-{status}")
             action = _tell_apart(step) if status == "unidentifiable" else found.action

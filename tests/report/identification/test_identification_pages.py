@@ -201,6 +201,12 @@ def test_what_is_open_is_advised_on_by_what_the_page_and_the_device_have(posture
     assert f"Ks: unidentifiable (not known from these runs alone). {said}" in action
 
 
+def test_what_is_absent_is_not_to_be_told_by_further_runs():
+    """Beside "no spring is seen" stood: Ks, epos unidentifiable, make runs that tell them apart."""
+    fit = FIT.but(statuses={**FIT.statuses, "Ks": "unidentifiable"}, warnings=("no spring is seen: |Ks| < 3 N m/rad",))
+    assert "Ks" not in glance_table([replace(STEP, fit=fit)], Verification(runs=()), ()).rows[0][5]
+
+
 def test_advice_on_open_parameters_is_given_once():
     fit = FIT.but(statuses={**FIT.statuses, "Ks": "unidentifiable"})
     other = replace(STEP, configuration=replace(STEP.configuration, free_joints=(3,)), fit=fit)
