@@ -215,7 +215,8 @@ def _next_words(p: Posterior) -> str:
     unit = unit_for("N m", p.bands[0].run.prismatic)
     return (
         f"To narrow {n.parameter}, the least known: run A = {n.amplitude:.3g} {unit}, ω = {n.omega:.3g} rad/s for "
-        f"{n.duration:.3g} s. Its standard deviation should go from {n.before:.2g} to {n.after:.2g} "
+        f"{n.duration:.3g} s. The standard deviation of its coordinate, which is relative for a positive parameter, "
+        f"should go from {n.before:.2g} to {n.after:.2g} "
         f"({n.repeat:.2g} by repeating the most useful of the present runs)."
     )
 

@@ -154,7 +154,10 @@ def test_the_sampler_has_its_numbers(page):
 
 def test_the_next_run_has_its_numbers(page):
     said = "To narrow Ks, the least known: run A = 0.0643 N m, ω = 2.71 rad/s for 18 s. "
-    gain = "Its standard deviation should go from 0.0041 to 0.0026 (0.0033 by repeating the most useful of the"
+    gain = (
+        "The standard deviation of its coordinate, which is relative for a positive parameter, should go from 0.0041 "
+        "to 0.0026 (0.0033 by repeating the most useful of the"
+    )
     assert f"{said}{gain}" in page.text
 
 
