@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+import numpy as np
 import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
@@ -186,13 +187,15 @@ def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> t
     noise, resolution : float or None
         Standard deviation and step [rad] ([m]); None where they are to be estimated from the data.
     """
-    noises, steps = _estimate_sensor(prepared)
+    noises, steps, travel = _estimate_sensor(prepared)
     # As haptid check writes it: where readings rest on the encoder's levels, the step hides the noise.
     written = [write_estimated_noise(*pair) for pair in sorted(zip(noises, steps, strict=True))]
-    noise = _ask_estimated("Standard deviation of the position's noise [rad]", "noise", (written[0], written[-1]))
+    noise = _ask_estimated(
+        "Standard deviation of the position's noise [rad]", "noise", (written[0], written[-1]), travel
+    )
     if resolution is None:
         ends = [f"{end:.2g}" for end in (min(steps), max(steps))]
-        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends)
+        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends, travel)
     return noise, resolution
 
 
@@ -230,9 +233,9 @@ def ask_what_to_change(choices: Sequence[str]) -> str:
     return ask(f"What is to be changed? ({listed}; Ctrl-C leaves without writing)", None, read)
 
 
-def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], list[float]]:
-    """Estimate noise and encoder step of every free joint in every table, in its unit."""
-    noises, steps = [], []
+def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], list[float], float]:
+    """Estimate noise and encoder step of every free joint in every table, in its unit, and its largest travel."""
+    noises, steps, travel = [], [], 0.0
     for one in prepared:
         for joint in one.free:
             for name in (f"position_{joint}_rad", f"position_{joint}_m"):
@@ -240,15 +243,23 @@ def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], li
                     y = pd.to_numeric(one.frame[name], errors="coerce").to_numpy(dtype=float)
                     steps.append(estimate_resolution(y))
                     noises.append(estimate_noise(one.t, y, steps[-1]))
-    return noises, steps
+                    travel = max(travel, float(np.nanmax(y) - np.nanmin(y)))
+    return noises, steps, travel
 
 
-def _ask_estimated(question: str, what: str, ends: Sequence[str]) -> float | None:
-    """Ask for a number; the default shows the least and the largest estimate, and stands for each run's own."""
+def _ask_estimated(question: str, what: str, ends: Sequence[str], travel: float) -> float | None:
+    """Ask for a number below the travel; the default shows the ends of the estimates, and stands for each run's own."""
     default = f"estimated: {' to '.join(dict.fromkeys(ends))}"
 
     def read(reply: str) -> float | None:
-        return None if reply == default else _number_of(reply, what, above=0.0)
+        if reply == default:
+            return None
+        number = _number_of(reply, what, above=0.0)
+        if number >= travel:
+            raise InputError(
+                what, expected=f"less than the travel of {travel:.3g}", got=repr(reply), todo="in rad or m?"
+            )
+        return number
 
     return ask(question, default, read)
 

@@ -66,6 +66,14 @@ def test_a_reply_that_cannot_be_is_asked_again(tables: Path, talk, reply: str):
     assert done.output.count("Error: ") == 1
 
 
+def test_a_noise_beyond_the_travel_is_asked_again(tables: Path, talk):
+    done = talk(tables, FACTS + "torque_0_Nm\nposition_0_rad\n" + "5\n0.001\n0.6\n\ny\n")
+    assert done.exit_code == 0, done.output
+    assert "noise: expected less than the travel of 0.6, got '5'; in rad or m?" in done.output
+    assert "step: expected less than the travel of 0.6, got '0.6'; in rad or m?" in done.output
+    assert read_campaign(tables.parent / "made").runs[0].noise[0] == 0.001
+
+
 def test_a_no_asks_what_is_to_be_changed_and_only_that(tables: Path, talk):
     columns = "position_0_rad\ntorque_0_Nm\n"
     changes = (
