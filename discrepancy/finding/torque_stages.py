@@ -131,7 +131,9 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     tell("FMU")
     effects = [effect_json(finding, e) for e in final.effects]
     accuracy = of_torque_fit(final, final_loop, effects, gaps_json(finding), origin or Origin(), seed)
-    fmu = _build_fmu(found, final_values(found, final_loop), out / "fmu", kind, accuracy)
+    # The measured torque of a joint that turns is the reading of these runs.
+    largest = 0.0 if study.prismatic else finding.largest_torque
+    fmu = _build_fmu(found, final_values(found, final_loop), out / "fmu", kind, accuracy, largest)
     return replace(finding, fmu=fmu, wall_s=time.perf_counter() - began)
 
 
@@ -199,16 +201,16 @@ def _remaining(found: TorqueSearch) -> Remaining:
     return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
 
 
-def _build_fmu(found: TorqueSearch, values: Mapping[str, float], out: Path, kind: Kind, accuracy: Accuracy) -> Fmu:
+def _build_fmu(
+    found: TorqueSearch, values: Mapping[str, float], out: Path, kind: Kind, accuracy: Accuracy, largest_torque: float
+) -> Fmu:
     final, study = found.final, found.study
     std, source = final.std, "fitted to the torque of measured motion"
     provenance = {id: Provenance(source=source, std=error, status="identified") for id, error in std.items() if error}
     name = "_".join((f"joint{study.joint}", *(e.id for e in final.effects)))
     equations = study.driven_equations(final.effects)
     path = out / f"{name}.fmu"
-    # The measured torque of a joint that turns is the reading of these runs.
-    largest = 0.0 if study.prismatic else max(float(np.max(np.abs(run.y))) for run in study.runs)
     return build_fmu(
         equations, path, kind=kind, values=dict(values), provenance=provenance, accuracy=accuracy,
-        largest_torque=largest,
+        largest_torque=largest_torque,
     )  # fmt: skip

@@ -25,8 +25,8 @@ from haptid.support.numbers import plain
 SPRING = ("Ks", "epos")
 """Ids of the stiffness and the equilibrium of a single joint's spring."""
 
-TERMS = ("spring", "gravity")
-"""Words of terms that may be absent."""
+NO_SPRING_SEEN, NO_GRAVITY_SEEN = "no spring is seen", "no gravity is seen"
+"""Beginnings of the sentences on terms that are absent."""
 NO_SPRING: dict[str, object] = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fixed": True}
 """Entries of both parameters that leave a spring out."""
 
@@ -78,7 +78,9 @@ def absent_ids(fit: Fit) -> tuple[str, ...]:
     tuple of str
         Those of the spring, and of gravity.
     """
-    spring, gravity = (any(text.startswith(f"no {term} is seen") for text in fit.warnings) for term in TERMS)
+    spring, gravity = (
+        any(text.startswith(words) for text in fit.warnings) for words in (NO_SPRING_SEEN, NO_GRAVITY_SEEN)
+    )
     own = [id for id in fit.statuses if id.startswith("gravity_")]
     return (*(SPRING if spring else ()), *(own if gravity else ()))
 
@@ -143,7 +145,8 @@ def _spring(fit: Fit, stiffness: str, equilibrium: str) -> tuple[list[str], str]
     if abs(value) > reach:
         return [], ""
     unit = fit.equations.parameter(stiffness).unit
-    return [stiffness, equilibrium], f"no spring is seen: |{stiffness}| < {plain(abs(value) + reach)} {unit} with 95 %"
+    most = f"|{stiffness}| < {plain(abs(value) + reach)} {unit} with 95 %"
+    return [stiffness, equilibrium], f"{NO_SPRING_SEEN}: {most}"
 
 
 def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], str]:
@@ -160,7 +163,7 @@ def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], s
     unit = fit.equations.parameter(chosen[0]).unit
     if limit > largest:
         return chosen, f"gravity is not told by these runs, whose torque ends at {plain(largest)} {unit}"
-    return chosen, f"no gravity is seen: below {plain(limit)} {unit} with 95 %"
+    return chosen, f"{NO_GRAVITY_SEEN}: below {plain(limit)} {unit} with 95 %"
 
 
 def _stiction(fit: Fit, ids: Sequence[str], velocity: str, largest: float) -> tuple[list[str], str]:

@@ -81,9 +81,9 @@ def _next_action(step: Step, word: Word, advised: dict[str, str]) -> str:
     """
     if word.level != "good" and seems_held_by_mistake(step):
         return f"State {LINEAR_HOLD} and fit again: the torque acts half a row before it is recorded."
+    absent = absent_ids(step.fit)  # no run can tell them; the page says that they are absent
     for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
-        # What is absent no run can tell; the page says that it is.
-        ids = [id for id, one in step.fit.statuses.items() if one == status and id not in absent_ids(step.fit)]
+        ids = [id for id, one in step.fit.statuses.items() if one == status and id not in absent]
         if ids:
             found = word_of(f"status-{status}")
             action = _tell_apart(step) if status == "unidentifiable" else found.action
