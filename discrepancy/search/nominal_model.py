@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from haptid.discrepancy.candidate.candidate import score_candidate
@@ -14,8 +15,9 @@ from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.detect.waves import with_waves
 from haptid.discrepancy.fit.nominal_fit import NominalFit, at_own_step, fit_nominal, with_stiffer_presliding
 from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.resonance.resonances import find_resonances
 from haptid.discrepancy.search.trials.judging import judge_candidate, judge_on_other_path
-from haptid.discrepancy.search.trials.searcher import Searcher
+from haptid.discrepancy.search.trials.searcher import Searcher, leaves_much
 from haptid.discrepancy.search.under_observer.laws import Led
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -74,7 +76,9 @@ def under_own_noise(study: Study, base: NominalFit) -> tuple[Solution, Solution]
     return white, settle(study, (), white).solution
 
 
-def score_catalogue(study: Study, plain: Solution, tell: Progress) -> tuple[dict[str, Effect], Signatures, Scan]:
+def score_catalogue(
+    study: Study, plain: Solution, tell: Progress, resonant: Collection[str] = ()
+) -> tuple[dict[str, Effect], Signatures, Scan]:
     """Simulate and score the signatures of the catalogue.
 
     Parameters
@@ -85,14 +89,17 @@ def score_catalogue(study: Study, plain: Solution, tell: Progress) -> tuple[dict
         Nominal model under its own noise.
     tell
         Told of each step.
+    resonant
+        Keys of the effects whose resonance the runs show.
 
     Returns
     -------
     catalogue, found, scan
-        Catalogue effects in SI units by key, their signatures at the nominal model, and their scores. The grids of
+        Catalogue effects in SI units by key, without the forms that ask for a resonance that the runs do not show,
+        their signatures at the nominal model, and their scores. The grids of
         waves over position hold those that stand out of the torque along the measured motion.
     """
-    catalogue = study.in_si(plain.values)
+    catalogue = {key: e for key, e in study.in_si(plain.values).items() if key in resonant or not e.resonant_only}
     if study.alone:  # of several joints the torque of each holds the others' motion
         catalogue = with_waves(catalogue, lambda: residual_over_position(study.fitted))
     effects = list(catalogue.values())
@@ -154,8 +161,15 @@ def begin_search(
     Begun
     """
     white, plain = fits or under_own_noise(study, base)
-    catalogue, found, first = score_catalogue(study, plain, tell)
-    s = Searcher(study, catalogue, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
+    resonances = {}
+    if study.alone and study.base.drive is None and leaves_much(white.chi2, study.rows):
+        tell("frequency response")
+        resonances = find_resonances(study.fitted, study.in_si(plain.values), prismatic=study.prismatic)
+    catalogue, found, first = score_catalogue(study, plain, tell, resonances)
+    s = Searcher(
+        study, catalogue, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations,
+        resonances=resonances,
+    )  # fmt: skip
     tell("tests of the nominal model")
     nominal = score_candidate(study, plain, plain.calls)
     s.nominal_excess = nominal.prediction.excess

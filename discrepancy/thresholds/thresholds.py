@@ -12,6 +12,7 @@ from haptid.discrepancy.thresholds.candidate import CandidateThresholds
 from haptid.discrepancy.thresholds.detect import DetectThresholds
 from haptid.discrepancy.thresholds.finding import FindingThresholds
 from haptid.discrepancy.thresholds.fit import FitThresholds
+from haptid.discrepancy.thresholds.resonance import ResonanceThresholds
 from haptid.discrepancy.thresholds.search import SearchThresholds
 from haptid.discrepancy.thresholds.study import StudyThresholds
 from haptid.discrepancy.thresholds.torque import TorqueThresholds
@@ -31,6 +32,8 @@ class Thresholds:
     """Omnibus test, score tests and where the residual lies."""
     torque: TorqueThresholds = field(default_factory=TorqueThresholds)
     """The search in the torque of runs under position control."""
+    resonance: ResonanceThresholds = field(default_factory=ResonanceThresholds)
+    """First guesses of resonant effects from frequency responses."""
     candidate: CandidateThresholds = field(default_factory=CandidateThresholds)
     """When a model leaves only noise, and when an effect has earned its place."""
     search: SearchThresholds = field(default_factory=SearchThresholds)

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from haptid.discrepancy.resonance.resonances import find_resonances
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
 from haptid.discrepancy.torque.readable import delays_torque
@@ -122,9 +123,11 @@ def search_torque(
     study = base.study
     scales = study.scales(base.values)
     known = {key: effect.at(scales) for key, effect in catalogue.items()}
+    resonances = _find_resonances(study, known)
+    known = {key: effect for key, effect in known.items() if key in resonances or not effect.resonant_only}
     current, steps = base, []
     for _ in range(THRESHOLDS.torque.most_effects):
-        step = _step(study, base, current, known, tell)
+        step = _step(study, base, current, known, resonances, tell)
         steps.append(step)
         if step.taken is None:
             break
@@ -182,8 +185,21 @@ def eliminate(
     return model, {}
 
 
+def _find_resonances(study: TorqueStudy, catalogue: Mapping[str, Effect]) -> dict[str, dict[str, float]]:
+    """Return start values by the key of each effect whose resonance the fitted runs show; of a drive they are none."""
+    fitted = [run for run in study.recorded if run.use == "fit"]
+    if study.drive is not None or not fitted:
+        return {}
+    return find_resonances(fitted, catalogue, prismatic=study.prismatic)
+
+
 def _step(
-    study: TorqueStudy, base: TorqueFit, current: TorqueFit, catalogue: Mapping[str, Effect], tell: Progress
+    study: TorqueStudy,
+    base: TorqueFit,
+    current: TorqueFit,
+    catalogue: Mapping[str, Effect],
+    resonances: Mapping[str, Mapping[str, float]],
+    tell: Progress,
 ) -> TorqueStep:
     ids, keys = {e.id for e in current.effects}, {e.key for e in current.effects}
     free = {key: e for key, e in catalogue.items() if e.again == (e.id in ids) and key not in keys}
@@ -191,8 +207,10 @@ def _step(
     found = promises(study, current, every, lambda done: tell("scan of the catalogue", done, len(every)))
     best = _choose_refits(found)
     models = map_threads(
-        lambda promise: refit_candidate(study, current, promise, base=base), best, threads=study.threads,
-        count=lambda done: tell("refits with an effect", done, len(best)),
+        lambda promise: refit_candidate(
+            study, current, promise, base=base, resonance=resonances.get(promise.effect.key, {})
+        ),
+        best, threads=study.threads, count=lambda done: tell("refits with an effect", done, len(best)),
     )  # fmt: skip
     candidates = []
     for promise, model in zip(best, models, strict=True):
@@ -242,7 +260,12 @@ def _choose_refits(found: Sequence[Promise]) -> list[Promise]:
 
 
 def refit_candidate(
-    study: TorqueStudy, current: TorqueFit, promise: Promise, *, base: TorqueFit | None = None
+    study: TorqueStudy,
+    current: TorqueFit,
+    promise: Promise,
+    *,
+    base: TorqueFit | None = None,
+    resonance: Mapping[str, float] | None = None,
 ) -> TorqueFit | None:
     """Refit everything with one effect more, from several starts.
 
@@ -256,6 +279,8 @@ def refit_candidate(
         Effect with its start values.
     base
         Nominal model; ``current`` where None.
+    resonance
+        Start values by id that the frequency response gives the effect; none where None.
 
     Returns
     -------
@@ -277,6 +302,8 @@ def refit_candidate(
         # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
         # the travel.
         fit_from(current.values | study.guessed_friction | _scale_amplitudes(promise, 1.0))
+    if resonance:
+        fit_from(current.values | promise.start | dict(resonance))
     if not fits:
         return None
     # A lag and the joint's own time constant may change places and leave much the same.

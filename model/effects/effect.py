@@ -114,6 +114,8 @@ class Effect:
         are linear.
     again
         Whether the form is offered only beside another one of the same id, as what a machine may have twice.
+    resonant_only
+        Whether the form is offered only where the runs show the resonance of the plain form of the same id.
     joint
         The joint that has the effect, where several joints move together.
     """
@@ -150,6 +152,7 @@ class Effect:
     edges: tuple[float, ...] = ()
     torque_only: bool = False
     again: bool = False
+    resonant_only: bool = False
     joint: int | None = None
 
     def __post_init__(self) -> None:

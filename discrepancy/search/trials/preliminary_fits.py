@@ -115,7 +115,10 @@ def fit_from_first_guesses(s: Searcher, scored: Scan, onto: Solution) -> list[So
     most = THRESHOLDS.search.most_effects_beside_effect if onto.effects else s.study.most
     for score in s.beside(onto, scored)[:most]:
         effect = s.catalogue[score.key]
-        for own in starts_of(effect, score):
+        own_starts = starts_of(effect, score)
+        if score.key in s.resonances:
+            own_starts.append(own_starts[0] | dict(s.resonances[score.key]))
+        for own in own_starts:
             chosen.append((*onto.effects, effect))
             starts.append(values | own)
     sketch = partial(_sketch_fit, s.side_by_side(s.study.factory.sketch))

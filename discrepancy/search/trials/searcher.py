@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeVar
@@ -50,6 +50,9 @@ class Searcher:
         Whether combinations of effects were left out because the effort was spent.
     nominal_excess
         Excess of the nominal model over the stated noise, as `Prediction.excess` [1].
+    resonances
+        Start values from the frequency response, inertia among them, by the key of each effect whose resonance the runs
+        show; empty where the nominal model is near.
     """
 
     study: Study
@@ -62,6 +65,7 @@ class Searcher:
     extended: set[frozenset[str]] = field(default_factory=set)
     cut: bool = False
     nominal_excess: float = 0.0
+    resonances: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def is_over(self) -> bool:
         """Say whether the effort of the study is spent; if so, record that combinations are left out.

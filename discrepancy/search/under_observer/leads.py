@@ -282,6 +282,9 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
         return fit_lead(s, at.study, begun.effects, begun.fit.values, at.gains)
 
     best = _best_scores(scored)
+    if not before.effects:
+        # Their signatures lie at the shapes of a grid, between which a resonance is not seen.
+        best += [score for score in scored if score.key in s.resonances and score not in best]
     tried = s.map_all("effects under the observer, first tries", begin, best)
     made = s.map_all("effects under the observer", refit, list(_promising(s, tried, best)))
     return sorted(made, key=lambda lead: lead.cost)
@@ -302,6 +305,11 @@ def _near_start(
         for point, amplitude in shapes
         for share in THRESHOLDS.search.shares_of_linear_amplitude
     ]
+    if score.key in s.resonances and not before.effects:
+        # A nominal model without the resonance has bent inertia and friction; the first guesses have not.
+        guesses = {q.id: q.initial for q in s.study.base.parameters}
+        own = start_values(effects[-1], score.point, score.amplitude) | dict(s.resonances[score.key])
+        starts += [before.fit.values | own, guesses | own]
     costs = [start_holding_last_shape(at.study, effects, start).cost_under(at.start.fit.gain) for start in starts]
     s.simulations += len(starts) * len(at.study.fitted)
     return starts[costs.index(min(costs))]
@@ -334,7 +342,8 @@ def _promising(s: Searcher, tried: Sequence[Lead], by_T: Sequence[Score]) -> Ite
     also = {score.key for score in by_T[: THRESHOLDS.search.most_scores_refitted_under_observer]}
     for k, lead in enumerate(by_cost):
         last = lead.effects[-1]
-        if k < THRESHOLDS.search.most_refits_under_observer or last.key in also or last.id in rivals:
+        shown = last.key in s.resonances
+        if k < THRESHOLDS.search.most_refits_under_observer or last.key in also or last.id in rivals or shown:
             yield lead
 
 
