@@ -46,6 +46,8 @@ class Thresholds:
     largest_residual_with_zeros_over_without: float = 2.0 / 3.0
     """Largest RMS residual with encoder zeros over the one without [1] at which they are taken. Whatever else is
     missing differs a little from run to run too, and must not be taken for a zero."""
+    largest_residual_of_first_start_with_zeros: float = 0.85
+    """The same of one start [1], from which several are made: other starts, and wider ranges, may leave less."""
 
     largest_stiction_over_coulomb: float = 3.0
     """Largest Fs over the first guess of Fc [1] in a fit of the torque, where the user states none."""
@@ -210,6 +212,9 @@ class Thresholds:
     largest_inner_step_error_over_residual: float = 0.1
     """Largest error of the residual by an inner step, as a share of the residual's norm [1]: a coarser one than the
     model's own is used up to it, and a finer one above it."""
+    most_rows_of_homotopy: int = 12_000
+    """Number of fitted rows [1] of which a descent needs no more before its polish: of twice as many, rows are
+    merged."""
     excess_cost_at_full_tolerance: float = 1e4
     """Excess of the cost over one square a row [squares over the noise] from which the tolerance of a descent grows in
     proportion: a small decrease decides nothing where the residual is so far above the noise, and Gauss-Newton steps

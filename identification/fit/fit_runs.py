@@ -271,7 +271,7 @@ def _fit_motion(
         # The minimum moves little with the step: a descent from it stays in the basin on which the starts agreed.
         return finer, with_agreement(made, seen, options) if alone else made
     if not is_trial and not quiet(seen, options):
-        seen = fit_with_zeros(fit_within, seen, test.runs, options) or seen
+        seen = fit_with_zeros(fit_within, fit_position, seen, test.runs, options) or seen
     return test, _widen_above_noise(test, seen, options, workers).but(inner_step=test.step)
 
 

@@ -3,17 +3,18 @@
 1. Draw starts around the first guess (`sobol_starts`).
 2. Follow every start to a minimum (`descend_from`), until enough starts share the best one.
 3. Group the minima into basins.
+4. Polish the best one, where all are far above the noise and were compared on fewer rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from haptid.identification.optimise.basins import sort_into_basins
-from haptid.identification.optimise.homotopy import descend
+from haptid.identification.optimise.homotopy import descend, is_far, polish
 from haptid.identification.optimise.levenberg_marquardt import Descent
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.optimise.workers import Tell, Workers, tell_nobody
@@ -77,7 +78,28 @@ def find_minima(problem: Problem, workers: Workers) -> Minima:
         files = ", ".join(run.file for run in problem.runs)
         msg = f"no start gave a finite simulation of {files}; check units, bounds and first guesses"
         raise NoStartError(msg)
-    return Minima(descents=tuple(descents), basins=basins)
+    return _polished(problem, Minima(descents=tuple(descents), basins=basins))
+
+
+def _polished(problem: Problem, minima: Minima) -> Minima:
+    """Polish the best minimum on all rows, where it is so far above the noise that the starts were not."""
+    best = minima.best
+    if not is_far(problem, best):
+        return minima
+    polished = polish(problem, best)
+    if not polished.cost < best.cost:
+        return minima
+    first, *others = minima.basins
+    first = replace(
+        first,
+        over_noise=float(np.sqrt(polished.cost / problem.weight)),
+        theta=problem.theta(polished.x),
+        simulations=first.simulations + (polished.calls - best.calls) * len(problem.runs),
+    )
+    return Minima(
+        descents=tuple(polished if descent is best else descent for descent in minima.descents),
+        basins=(first, *others),
+    )
 
 
 def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> Descent:

@@ -4,7 +4,8 @@ An incremental encoder is zeroed where the joint happens to rest, so that forces
 elsewhere in every run than the reading says. Each joint whose forces depend on its position gets a zero a run, a state
 with an unknown start value beside position and velocity (`model.joint.encoder_zero`). Parameters keep their meaning.
 
-1. Fit again from the estimates, with the zeros. Their prior is N(0, w²), with w a share of the joint's travel.
+1. Fit again from the estimates, with the zeros: one start, and several where it comes near what zeros have to reach.
+   Their prior is N(0, w²), with w a share of the joint's travel.
 2. Take the zeros where they leave clearly less on the fitted runs: by a factor in the RMS, and by BIC with as many rows
    as the residual is long in correlation lengths, n·ln(S/S₀) + k·ln n < 0 with k zeros.
 3. Leave them where one lies far outside its prior: a constant torque of the run, which a weak spring turns into a zero
@@ -32,7 +33,11 @@ from haptid.support.linear_algebra import rms
 
 
 def fit_with_zeros(
-    fit_equations: Callable[[Equations, FitOptions], Fit], found: Fit, runs: Sequence[Run], options: FitOptions
+    fit_equations: Callable[[Equations, FitOptions], Fit],
+    try_equations: Callable[[Equations, FitOptions], Fit],
+    found: Fit,
+    runs: Sequence[Run],
+    options: FitOptions,
 ) -> Fit | None:
     """Fit once more with an encoder zero of every run.
 
@@ -40,6 +45,8 @@ def fit_with_zeros(
     ----------
     fit_equations
         Function that fits equations with options.
+    try_equations
+        Function that fits them within their ranges as they are.
     found
         Fit by simulation that takes the readings for positions.
     runs
@@ -60,11 +67,21 @@ def fit_with_zeros(
     share = THRESHOLDS.encoder_zero_std_over_travel
     travel = np.max([np.ptp(run.y, axis=0) for run in fitted], axis=0)
     equations = with_encoder_zeros(found.equations, [share * float(length) for length in travel])
+    again = from_optimum(found, options)
     try:
-        zeroed = fit_equations(equations, from_optimum(found, options))
+        # One start says whether the zeros promise anything; whatever else is missing they hardly change.
+        if not _promise(try_equations(equations, again.but(starts=1)), found):
+            return None
+        zeroed = fit_equations(equations, again)
     except NumericalError:
         return None
     return zeroed.but(notes=(*zeroed.notes, *_sentences(zeroed))) if _earn_their_place(zeroed, found, fitted) else None
+
+
+def _promise(tried: Fit, found: Fit) -> bool:
+    """Say whether one start with zeros comes near the share of the residual that several have to reach."""
+    most = THRESHOLDS.largest_residual_of_first_start_with_zeros
+    return tried.basins[0].over_noise <= most * found.basins[0].over_noise
 
 
 def _earn_their_place(zeroed: Fit, found: Fit, fitted: Sequence[Run]) -> bool:

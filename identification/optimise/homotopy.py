@@ -6,9 +6,12 @@ gain L [1/s], the simulation stays near the data, the cost has fewer minima, and
 
 1. Move the first unknowns inside bounds and orderings (`feasible`).
 2. Minimise at every observer gain of the options, in their order, each level from the minimum of the level
-   before; the levels run at a coarser inner step where the data allow it. Where the simulation under the last gain
-   is near the data already (`is_near_the_data`), no false minimum lies between, and the last level follows at once.
-3. Polish the last minimum by Levenberg–Marquardt at the model's own inner step.
+   before; the levels run at a coarser inner step and on fewer rows where the data allow it. Where the simulation under
+   the last gain is near the data already (`is_near_the_data`), no false minimum lies between, and the last level
+   follows at once.
+3. Polish the last minimum by Levenberg–Marquardt on all rows, at the model's own inner step (`polish`). Far above the
+   noise the coarser problem is polished, and the best of several starts again on all rows
+   (`identification.fit.minima`).
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from haptid.identification.optimise.fewer_rows import with_fewer_rows
 from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import (
     Descent,
@@ -90,25 +94,65 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
         nonlocal coarse, close
         # The inner step is chosen far from the minimum and again near it, where a smaller residual asks for more.
         if number in {0, len(gains) - 1}:
-            coarse = coarsen(problem, x, gain)
+            coarse = coarsen(with_fewer_rows(problem, x, gain), x, gain)
         if number == len(gains) - 1:
-            return _level(coarse, x, number, near=close, tell=_at_level(problem, number, tell))
+            return _level(coarse, x, number, near=close, tell=_at_level(coarse, number, tell))
         asked = not close
         close = close or is_near_the_data(coarse, x)
-        reached = Descent.at(x) if close else _level(coarse, x, number, tell=_at_level(problem, number, tell))
+        reached = Descent.at(x) if close else _level(coarse, x, number, tell=_at_level(coarse, number, tell))
         return replace(reached, calls=reached.calls + asked)
 
     near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
-    polished = _polish(problem, near, _at_level(problem, len(gains), tell))
-    return replace(polished, calls=near.calls + polished.calls)
+    if is_far(coarse, near):
+        near = polish(coarse, near, _at_level(coarse, len(gains), tell))
+    if not is_far(coarse, near):
+        return polish(problem, near, _at_level(problem, len(gains), tell))
+    cost = cost_of(problem.blocks(near.x, gains[-1], jacobian=False))
+    return replace(near, cost=cost, calls=near.calls + 1)
 
 
-def _polish(problem: Problem, near: Descent, tell: Simulated) -> Descent:
-    """Minimise at the last gain and the model's own inner step, from a minimum at a coarser one."""
+def is_far(problem: Problem, reached: Descent) -> bool:
+    """Say whether a minimum is so far above the noise that its residual is a model error.
+
+    No further digit describes the parameters there. So the starts are compared on the coarser problem of their way, and
+    the best of them alone is polished on all rows at the model's own inner step.
+
+    Parameters
+    ----------
+    problem
+        Problem on which the cost was computed.
+    reached
+        Minimum.
+
+    Returns
+    -------
+    bool
+        False where the cost is not finite.
+    """
+    return bool(THRESHOLDS.excess_cost_of_model_error < reached.cost / problem.weight < np.inf)
+
+
+def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation) -> Descent:
+    """Minimise at the last gain from a minimum of a coarser problem.
+
+    Parameters
+    ----------
+    problem
+        Problem with the rows and the inner step of the result.
+    near
+        Minimum of a coarser problem.
+    tell
+        Told of each simulation.
+
+    Returns
+    -------
+    Descent
+        Minimum; ``calls`` counts those of ``near`` too.
+    """
     gain = problem.options.gains[-1]
     # Levenberg–Marquardt knows bounds and orderings only: under the passivity constraint SLSQP polishes.
     if problem.options.passive:
-        return slsqp(
+        polished = slsqp(
             problem,
             near.x,
             gain,
@@ -117,18 +161,19 @@ def _polish(problem: Problem, near: Descent, tell: Simulated) -> Descent:
             damping=THRESHOLDS.least_damping_of_slsqp,
             tell=tell,
         )
-    # Far above the noise the residual is a correlated model error, whose parameters no further digit describes.
-    far = near.cost / problem.weight > THRESHOLDS.excess_cost_of_model_error
-    tolerance = THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish
-    return minimise(
-        SumOfSquares.of(problem, gain),
-        near.x,
-        iterations=THRESHOLDS.most_iterations_of_last_level,
-        tolerance=0.0,
-        relative=tolerance,
-        damping=1e-9,
-        tell=tell,
-    )
+    else:
+        # A few hundred independent parts of a model error determine the parameters.
+        far = is_far(problem, near)
+        polished = minimise(
+            SumOfSquares.of(problem, gain),
+            near.x,
+            iterations=THRESHOLDS.most_iterations_of_last_level,
+            tolerance=0.0,
+            relative=THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish,
+            damping=1e-9,
+            tell=tell,
+        )
+    return replace(polished, calls=near.calls + polished.calls)
 
 
 def is_near_the_data(problem: Problem, x: Array) -> bool:

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 from haptid.discrepancy.detect.merged_error import merging_error, merging_shows
 from haptid.discrepancy.search.nominal_model import fit_nominal_model
 from haptid.discrepancy.search.search import search
-from haptid.discrepancy.study.merged_rows import merge_rows, merged, rows_to_merge, spline_torques
+from haptid.discrepancy.study.merged_rows import merged, rows_to_merge
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.signals.merged_rows import merge_rows, spline_torques
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
 from haptid.support.listener import ignore_progress

@@ -65,7 +65,9 @@ def test_every_run_gets_its_zero_and_the_parameters_are_right(fitted: Fitted) ->
 
 def test_without_zeros_of_their_own_the_same_runs_stay_far_above_the_noise(fitted: Fitted) -> None:
     found = fit_position(fitted.fit.equations, OPTIONS, runs())
-    assert not encoder_zeros(found) or max(map(abs, encoder_zeros(found).values())) < 5e-3
+    # Their common part is the weight's direction, of which the prior of the zeros tells next to nothing.
+    zeros = [float(zero[0]) for zero in encoder_zeros(found).values()]
+    assert not zeros or np.ptp(zeros) < 1e-3
     (fit,) = [one for one in (fitted.fit,) if zero_states(one.equations)]
     held = fit.equations.with_parameters({})
     flat = replace(held, states=tuple(replace(state, start_std=0.0) for state in held.states))
@@ -89,15 +91,16 @@ def test_a_zero_far_outside_its_prior_is_a_constant_torque_of_the_run(fitted: Fi
     first, *others = zeroed.x0.items()
     far = first[1].copy()
     far[k] = 8.0 * zeroed.equations.states[k].start_std
-    assert fit_with_zeros(lambda *_: zeroed, plain, shifted(), OPTIONS) is not None
+    assert fit_with_zeros(lambda *_: zeroed, lambda *_: zeroed, plain, shifted(), OPTIONS) is not None
     beyond = zeroed.but(x0=dict([(first[0], far), *others]))
-    assert fit_with_zeros(lambda *_: beyond, plain, shifted(), OPTIONS) is None
+    assert fit_with_zeros(lambda *_: beyond, lambda *_: beyond, plain, shifted(), OPTIONS) is None
 
 
 def test_zeros_that_predict_the_unseen_run_worse_are_left(fitted: Fitted) -> None:
     plain, zeroed = below_and_above(fitted.fit)
     worse = [replace(score, over_noise=400.0) if score.use == "validate" else score for score in zeroed.runs]
-    assert fit_with_zeros(lambda *_: zeroed.but(runs=tuple(worse)), plain, shifted(), OPTIONS) is None
+    bad = zeroed.but(runs=tuple(worse))
+    assert fit_with_zeros(lambda *_: bad, lambda *_: zeroed, plain, shifted(), OPTIONS) is None
 
 
 def below_and_above(zeroed: Fit) -> tuple[Fit, Fit]:
@@ -111,11 +114,11 @@ def test_one_run_or_a_joint_without_weight_and_spring_has_no_zero(fitted: Fitted
     def never(equations: Equations, options: FitOptions) -> Fit:
         pytest.fail(f"{equations.name} was fitted with {options.starts} starts")
 
-    assert fit_with_zeros(never, fitted.fit, shifted()[:1], OPTIONS) is None
+    assert fit_with_zeros(never, never, fitted.fit, shifted()[:1], OPTIONS) is None
     gone = {"fixed": True, "initial": 0.0, "lower": 0.0, "upper": 0.0}
     free = joint_equations(0).with_parameters(dict.fromkeys(("gravity_cos", "gravity_sin", "Ks"), gone))
     assert not is_felt(free, 0)
-    assert fit_with_zeros(never, fitted.fit.but(equations=free), shifted(), OPTIONS) is None
+    assert fit_with_zeros(never, never, fitted.fit.but(equations=free), shifted(), OPTIONS) is None
 
 
 def test_a_zero_shifts_the_position_at_which_forces_act_and_nothing_else() -> None:
