@@ -241,15 +241,19 @@ class Picture:
         Text for readers who cannot see the picture.
     panels
         Curves for the view that a script makes in place of the picture; none where empty.
-    small
-        Whether its letters can be read where the picture fills the width of a phone.
+    uri_for_phones
+        The same picture for a page as narrow as a phone; none where empty.
+    readable_width
+        Least width at which the letters of what a phone shows can be read [pixel]; the picture scrolls where a phone is
+        narrower.
     """
 
     uri: str
     caption: str
     alt: str
     panels: Sequence[Panel] = ()
-    small: bool = False
+    uri_for_phones: str = ""
+    readable_width: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

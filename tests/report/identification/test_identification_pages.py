@@ -550,7 +550,7 @@ def test_links_and_agreements_have_their_values_and_errors(page):
 
 
 def test_the_pictures_draw_runs_models_and_joints(page):
-    runs, correlation, intervals, plain, *_, whole = page.figures
+    runs, correlation, intervals, intervals_for_phones, plain, *_, whole = page.figures
     above, other, below, _ = runs.axes
     assert above.get_title() == "a.csv\nfit: RMS = 1.01 × noise"
     assert other.get_title() == "b.csv\nvalidate: RMS = 1.03 × noise"
@@ -566,7 +566,9 @@ def test_the_pictures_draw_runs_models_and_joints(page):
     assert [heights(line)[0] for line in position_left.lines] == [-0.2, -0.4]
     assert [line.get_label() for line in correlation.axes[0].lines[:2]] == ["a.csv (fit)", "b.csv (validate)"]
     assert [text.get_text() for text in intervals.axes[0].texts] == ["± 5.1 %", "± 7.8 %"]
-    assert [label.get_text() for label in intervals.axes[0].get_yticklabels()] == ["inertia", "Ks"]
+    for one in (intervals, intervals_for_phones):
+        assert [label.get_text() for label in one.axes[0].get_yticklabels()] == ["inertia", "Ks"]
+    assert intervals_for_phones.get_figwidth() == 4.0
     first, second, left_of_first, left_of_second = whole.axes
     assert [axis.get_title() for axis in (first, second)] == ["joint 2: RMS = 0.0024 rad", "joint 4: RMS = 0.0078 rad"]
     assert [heights(line)[0] for line in second.lines] == [0.5, 0.7]
