@@ -30,11 +30,14 @@ from haptid.model.equations.quantity import Normal
 from haptid.report.calibration.page import calibration_page
 from haptid.report.common.page import Page
 from haptid.report.common.words import word_of
+from haptid.report.identification import configuration_sections as configuration_sections_module
 from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
+from haptid.report.identification.drawings import Drawings
 from haptid.report.identification.friction_figures import friction_figure
 from haptid.report.identification.glance import glance_table
 from haptid.report.identification.page import Beside, identification_page
 from haptid.report.identification.parameter_figures import half_widths, interval_figure
+from haptid.support.listener import Listener
 from haptid.support.numbers import plain
 from haptid.support.tables import text_of
 from tests.report.known import STIFFNESS, T, known_equations, known_run
@@ -257,6 +260,25 @@ def test_a_later_posture_is_drawn_in_full_where_it_leaves_more_than_noise(number
         assert (f"{name}, {drawn}" in alts) == again
     assert (NOT_DRAWN_AGAIN in diagnosis.paragraphs) != again
     assert diagnosis.tables
+
+
+def test_a_single_joint_s_report_moves_while_it_is_drawn(monkeypatch):
+    """The bar of the report stood at 0 % for several seconds."""
+    traces = [trace(one) for one in STEP.fit.runs]
+    monkeypatch.setattr(configuration_sections_module, "traces_of", lambda *_: traces)
+    monkeypatch.setattr(configuration_sections_module, "predict_unseen", lambda _: PREDICTION)
+    told: list[tuple[str, float, int | None, str]] = []
+    listener = Listener(progress=lambda title, done, total, part="": told.append((title, done, total, part)))
+    with Drawings() as drawings:
+        (sections,) = drawings.sections([STEP], lambda _: None, listener)
+    assert [one.title for one in sections] == [one.title for one in configuration_sections(STEP, traces, PREDICTION)]
+    titles, done, totals, parts = zip(*told, strict=True)
+    assert set(titles) == {"report: joint 4"}
+    assert set(totals) == {1}
+    assert list(done[1:]) == sorted(set(done))
+    assert len(done) > 5
+    assert max(done) < 1
+    assert parts[1:3] == ("simulating the runs", "predicting an unseen run")
 
 
 def test_the_overview_has_fit_and_validation(page):
