@@ -122,7 +122,8 @@ def configuration_sections(
 
 def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
     fit = step.fit
-    said = [f"Outcome: {tell_outcome(step)}.", *attention(step)[(fit.outcome.label != "converged") :], *fit.notes]
+    outcome = tell_outcome(step)
+    said = [f"Outcome: {outcome}.", *(one for one in attention(step) if one != outcome), *fit.notes]
     return Section(
         title=step.configuration.name.capitalize(),
         anchor=step.configuration.anchor,

@@ -188,6 +188,15 @@ def test_the_lead_agrees_with_the_outcome(outcome, said):
     assert seen.paragraphs[0] == said
 
 
+def test_the_lead_does_not_tell_structure_as_noise():
+    scores = (SCORES[0], replace(SCORES[1], over_noise=1.12, rows=2500, correlation_time=7.0))
+    step = replace(STEP, fit=FIT.but(outcome=Outcome.CONVERGED, runs=scores))
+    seen = render(whole_page, "A joint", (step,), [[]], (None,), {**DATA, "links": {}}, Verification(runs=()))
+    assert seen.paragraphs[0] == "What is left is little more than the noise, but not white: joint 4 (1.12 × noise)."
+    (outcome,) = [text for text in seen.paragraphs if "not white: haptid missing" in text]
+    assert outcome.startswith("Outcome: converged")
+
+
 @pytest.mark.parametrize(
     ("posture", "combinations", "said"),
     [
