@@ -33,10 +33,10 @@ from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Cell, Picture, Section, Table, word_cell
 from haptid.report.identification.figures import run_picture
 from haptid.report.identification.friction_figures import friction_picture
-from haptid.report.identification.parameter_figures import correlation_table, interval_picture
+from haptid.report.identification.parameter_figures import HALF_WIDTH_95, correlation_table, interval_picture
 from haptid.report.identification.plain_section import plain_section
 from haptid.report.identification.residual_figures import correlation_picture
-from haptid.support.numbers import says_nothing
+from haptid.support.numbers import says_nothing, write_interval
 
 FIRST_SHOWN, RUNS_IN_A_ROW = 3, 2
 """Runs that are drawn before the reader unfolds the others, and most runs of one picture."""
@@ -235,7 +235,7 @@ def _profiles(step: Step) -> Table:
     for id, one in fit.profiles.items():
         value, std, unit = fit.values[id], fit.std[fit.index(id)], fit.equations.parameter(id).unit
         ends = ["open" if end is None else f"{end:.6g}" for end in (one.lower, one.upper)]
-        rows.append((id, *ends, f"{value - 1.96 * std:.6g} to {value + 1.96 * std:.6g}", unit))
+        rows.append((id, *ends, write_interval(value - HALF_WIDTH_95 * std, value + HALF_WIDTH_95 * std, 6), unit))
     return Table(
         header=("parameter", "from", "to", "value ± 1.96 std", "unit"),
         rows=rows,
