@@ -105,6 +105,7 @@ def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
         f"The documentation has {pages['pages']} pages, README included. Tests run, compile or read the blocks of code "
         f"on them: {pages['bash']} of command lines, {pages['python']} of Python, {pages['toml']} of TOML.",
         "",
+        *_axe_in_words(stored["axe"]),
     ]
     if "arm" not in stored:
         return lines
@@ -126,6 +127,16 @@ def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
         f"Its report has {report['size_MB']:.1f} MB in one file; headless Chromium takes {report['load_s']:.2f} s.",
         "",
     ]
+
+
+def _axe_in_words(examined: Mapping[str, Any]) -> list[str]:
+    """Return the lines on what axe-core found on the pages and on a report, by the width of the screen."""
+    told = []
+    for of, one in examined.items():
+        where = f"the {one['pages']} built pages" if of == "documentation" else "the report of the arm below"
+        found = " and ".join(f"{number} at {width} px" for width, number in one["violations"].items())
+        told.append(f"{found} on {where} ({one['date']})")
+    return [f"Violations that axe-core finds: {'; '.join(told)}.", ""]
 
 
 def workers_in_words(stored: Mapping[str, Any]) -> str:

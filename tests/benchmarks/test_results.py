@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks import identification_devices, same_results, whole_model
+from benchmarks import front_door, identification_devices, same_results, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
@@ -18,6 +18,7 @@ from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import draw_growth, text_table, workers_in_words
 from benchmarks.performance.page import page_of as performance_page
 from benchmarks.simulators import page as simulators
+from docs.accessibility import find_browser
 from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
 from studies.calibration import result as calibration
@@ -131,6 +132,20 @@ def test_the_table_of_performance_has_the_figures_of_all_benchmarks():
     }  # fmt: skip
     table = text_table(figures)
     assert all(one.name[:40] in table for one in figures)
+
+
+def test_the_front_door_states_what_axe_finds_on_a_screen_and_on_a_phone():
+    stored = json.loads((RESULTS / "front_door.json").read_text(encoding="utf-8"))
+    assert set(stored["axe"]) == {"documentation", "report"}
+    assert all(one["violations"] == {"1280": 0, "390": 0} for one in stored["axe"].values())
+    assert sum(one.group == "violations that axe-core finds" for one in all_figures()) == 4
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium here")
+def test_a_page_without_a_language_counts_at_both_widths(tmp_path: Path):
+    pytest.importorskip("axe_playwright_python", reason="a dependency of development")
+    (tmp_path / "a.html").write_text("<!doctype html><title>a</title><main><h1>a</h1></main>", encoding="utf-8")
+    assert front_door.count_violations([tmp_path / "a.html"]) == {"pages": 1, "violations": {"1280": 1, "390": 1}}
 
 
 def test_every_panel_of_the_growth_has_numbers_at_both_axes_within_the_picture():
