@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.report.common.style import inks_css
-from haptid.report.common.words import WORDS, Word, word_of
+from haptid.report.common.words import MORE_WORDS, WORDS, Word, word_of
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
@@ -316,6 +316,7 @@ class Page:
             page=self,
             words=_words_in(self._tables()),
             word_of=word_of,
+            more_words=MORE_WORDS,
             inks=inks_css(),
             css=_asset("page.css") + (_asset("uPlot.min.css") if scripts else ""),
             scripts=scripts,
