@@ -86,8 +86,8 @@ FITS = _group(
     (
         "converged", "good",
         "Several starts agree on the best minimum, and what is left is the sensor's noise. Where a run leaves somewhat "
-        "more that is not white, the joint's section says so.",
-        "Use the values and the FMU. Run haptid missing on this joint where what is left is not white.",
+        "more that is not white, the joint's section says so: haptid missing may name it.",
+        "Use the values and the FMU.",
     ),
     (
         "above_noise", "look",

@@ -53,12 +53,12 @@ NOT_DRAWN_AGAIN = (
 )
 
 
-def ignore_part(name: str, done: float) -> None:
-    """Take a part's name and the share that is done before it, and do nothing."""
+def _ignore_part(part: str, done: float) -> None:
+    """Take what a part does and the share that is done before it, and do nothing."""
 
 
 def draw_configuration(
-    step: Step, simulator_of: Callable[[Equations], Simulator], begins: Callable[[str, float], None] = ignore_part
+    step: Step, simulator_of: Callable[[Equations], Simulator], begins: Callable[[str, float], None] = _ignore_part
 ) -> tuple[Section, ...]:
     """Simulate the runs of one configuration at its estimates, and draw them; a process of its own may do it.
 
@@ -88,7 +88,7 @@ def configuration_sections(
     step: Step,
     traces: Sequence[Trace],
     prediction: Prediction | None,
-    begins: Callable[[str, float], None] = ignore_part,
+    begins: Callable[[str, float], None] = _ignore_part,
 ) -> tuple[Section, ...]:
     """Show one configuration.
 
