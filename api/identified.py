@@ -479,7 +479,7 @@ def complete(identified: Identified, listener: Listener, drawings: Drawings, *, 
         msg = "stored results have their files already"
         raise ValueError(msg)
     if fmus:
-        listener.progress("FMUs", 0, 1)
+        listener.progress("FMUs")
     exported = export_models(made, values, device_of(values), folder) if fmus else []
     if report:
         drawn = drawings.sections(made.steps, made.build, listener)

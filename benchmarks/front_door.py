@@ -2,13 +2,15 @@
 
 It counts the pages of the documentation and the blocks of code on them that tests run or check. Then it takes three
 commands from raw tables and a URDF of an arm (`benchmarks.simulators.newcomer_arm`) to an FMU in a second tool, times
-each, and measures size and load of the report in headless Chromium. It writes ``docs/results/front_door.json``, which
+each, and measures size and load of the report in headless Chromium, where axe-core examines the report and the built
+documentation on a wide screen and on a phone. It writes ``docs/results/front_door.json``, which
 ``docs/results/performance.md`` shows.
 """
 
 from __future__ import annotations
 
 import datetime
+import itertools
 import os
 import platform
 import shutil
@@ -16,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +26,7 @@ import click
 
 from benchmarks.performance.figures import read_stored
 from benchmarks.simulators.newcomer_arm import write_tables
+from docs.accessibility import SCHEMES, WIDTHS, examine_pages
 from docs.parts.shown_code import blocks_of
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT
@@ -78,6 +82,34 @@ def measure_report(report: Path) -> dict[str, float]:
     return {"size_MB": report.stat().st_size / 1e6, "load_s": sorted(seconds)[2]}
 
 
+def count_violations(pages: Sequence[Path]) -> dict[str, Any]:
+    """Count what axe-core finds on pages, on a wide screen in light colours and on a phone in dark ones.
+
+    Parameters
+    ----------
+    pages
+        HTML files.
+
+    Returns
+    -------
+    dict
+        Number of ``pages``, and ``violations`` by the width of the screen [px].
+    """
+    views = tuple(zip(WIDTHS, SCHEMES, strict=True))
+    found = dict.fromkeys(map(str, WIDTHS), 0)
+    for violation in itertools.chain.from_iterable(examine_pages(pages, views)):
+        found[str(violation.width)] += 1
+        click.echo(f"{violation.page} at {violation.width} px: {violation.rule}")
+    return {"pages": len(pages), "violations": found}
+
+
+def examine_documentation() -> dict[str, Any]:
+    """Build the documentation, and count what axe-core finds on its pages, as `count_violations` returns it."""
+    with tempfile.TemporaryDirectory() as site:
+        subprocess.run([sys.executable, "-m", "docs.build", "--out", site], cwd=ROOT, check=True, capture_output=True)
+        return count_violations(sorted(Path(site).rglob("*.html")))
+
+
 def measure_arm(tables: Path, work: Path) -> dict[str, Any]:
     """Take tables and a URDF to an FMU in a second tool.
 
@@ -108,7 +140,8 @@ def measure_arm(tables: Path, work: Path) -> dict[str, Any]:
         seconds[name] = time.perf_counter() - begun
         click.echo(f"{name}: {seconds[name]:.1f} s")
     count = len(list(tables.glob("*.csv")))
-    return {"commands": seconds, "tables": count, "report": measure_report(work / "results/report.html")}
+    report = work / "results" / "report.html"
+    return {"commands": seconds, "tables": count, "report": measure_report(report), "axe": count_violations([report])}
 
 
 def _name_of(device: Path) -> str:
@@ -118,7 +151,10 @@ def _name_of(device: Path) -> str:
 
 @click.command(help=__doc__)
 @click.option("--arm/--no-arm", default=True, show_default=True, help="Whether the arm is brought in, in some minutes.")
-def main(*, arm: bool) -> None:
+@click.option(
+    "--axe/--no-axe", default=True, show_default=True, help="Whether the documentation is built and examined."
+)
+def main(*, arm: bool, axe: bool) -> None:
     """Measure, and store."""
     stored = read_stored(STORED.name) or {}
     stored |= {
@@ -127,11 +163,14 @@ def main(*, arm: bool) -> None:
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
         "documentation": count_pages(),
     }
+    if axe:
+        stored["axe"] = stored.get("axe", {}) | {"documentation": examine_documentation() | {"date": stored["date"]}}
     if arm:
         with tempfile.TemporaryDirectory() as tables, tempfile.TemporaryDirectory() as work:
             write_tables(Path(tables))
             begun = os.getloadavg()[0]
             stored["arm"] = measure_arm(Path(tables), Path(work))
+        stored["axe"] = stored.get("axe", {}) | {"report": stored["arm"].pop("axe") | {"date": stored["date"]}}
         stored["arm"] |= {"load": [round(one, 1) for one in (begun, os.getloadavg()[0])], "date": stored["date"]}
     write_json(STORED, stored)
 

@@ -47,6 +47,8 @@ NAVIGATION = re.compile(
     r'<label class="md-nav__title"[^>]*>\s*<span[^>]*></span>\s*(?P<title>[^<]*?)\s*</label>)'
 )
 """Part of the navigation, whose label the theme leaves empty where the part has a first page."""
+PICTURE = re.compile(r'<p>(?P<image><img alt="(?P<alt>[^"]*)"[^>]*>)</p>')
+"""Picture that stands alone in its paragraph."""
 NO_PAGES = ("*.py", "*.yml", "*.csv", "constants.toml", "campaign_keys.toml", "__pycache__")
 """Files of this folder that are left out of the pages."""
 
@@ -124,9 +126,11 @@ def accessible(page: str) -> str:
     Returns
     -------
     str
-        The search dialog and each part of the navigation have a name, and an empty cell is no header.
+        The search dialog and each part of the navigation have a name, an empty cell is no header, and a picture that
+        scrolls on a phone is reached by the keyboard.
     """
     page = page.replace(SEARCH_DIALOG, f'{SEARCH_DIALOG} aria-label="Search"').replace("<th></th>", "<td></td>")
+    page = PICTURE.sub(r'<p class="picture" tabindex="0" role="group" aria-label="\g<alt>">\g<image></p>', page)
     return NAVIGATION.sub(lambda found: f'{found["before"]}aria-label="{found["title"]}"{found["after"]}', page)
 
 

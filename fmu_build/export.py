@@ -259,7 +259,7 @@ def _kind_for(out: Path, stated: Kind | Form | None) -> Kind | Form:
         return by_name or "python"
     is_fmu = stated not in FORMS.values()
     if is_fmu and by_name is not None:
-        got, todo = f"--kind {stated}", f"--kind {by_name}, or a name that ends in .fmu"
+        got, todo = f"--kind {stated}", f"state --kind {by_name}, or choose a name that ends in .fmu"
         raise InputError(
             str(out), expected=f"--kind {by_name} for a name that ends in {out.suffix}", got=got, todo=todo
         )
@@ -331,7 +331,7 @@ def package_result(  # noqa: PLR0913 # one argument an option
         end in ``.fmu``.
     """
     if out.suffix != ".fmu":  # hosts know an FMU by its name
-        todo = f"as in {out.stem}.fmu; a URDF ends in .urdf, an MJCF in .xml"
+        todo = f"call the FMU {out.stem}.fmu; a URDF ends in .urdf, an MJCF in .xml"
         raise InputError(str(out), expected="a name that ends in .fmu", got=repr(out.name), todo=todo)
     data = read_identification(source)
     if data["device"] == SINGLE or joints:

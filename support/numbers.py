@@ -7,6 +7,8 @@ import re
 
 PREFIXES = ("", "m", "µ", "n")
 """Prefixes of units for each thousandth, from one down."""
+MOST_DIGITS = 12
+"""Most significant digits of the ends of a narrow interval."""
 LARGEST_STD_OVER_RANGE = 10.0
 """Largest standard deviation over a quantity's range [1] that is told by its number."""
 
@@ -33,6 +35,33 @@ def plain(value: float, digits: int = 2) -> str:
     """
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e" in text and 1.0 <= abs(value) < 999_999.5 else text
+
+
+def write_interval(low: float, high: float, digits: int) -> str:
+    """Write the ends of an interval, with further digits where they would read the same.
+
+    Parameters
+    ----------
+    low, high
+        Ends.
+    digits
+        Significant digits that are enough for most intervals.
+
+    Returns
+    -------
+    str
+        As ``0.1 to 0.2``.
+
+    Examples
+    --------
+    >>> write_interval(0.1, 0.23456, 4), write_interval(0.359998, 0.360002, 4)
+    ('0.1 to 0.2346', '0.359998 to 0.360002')
+    """
+    for enough in range(digits, MOST_DIGITS + 1):
+        ends = f"{low:.{enough}g}", f"{high:.{enough}g}"
+        if ends[0] != ends[1]:
+            break
+    return " to ".join(ends)
 
 
 def read_number(text: str) -> float:

@@ -77,6 +77,10 @@ def _arm() -> Iterator[Figure]:
         yield Figure("two-joint arm, tables to FMU", name, seconds, "s", origin)
     yield Figure("two-joint arm, its report", "size", stored["arm"]["report"]["size_MB"], "MB", origin)
     yield Figure("two-joint arm, its report", "load in Chromium", stored["arm"]["report"]["load_s"], "s", origin)
+    for of, one in stored["axe"].items():
+        for width, number in one["violations"].items():
+            origin = _origin("front_door.json", one)
+            yield Figure("violations that axe-core finds", f"{of} at {width} px", number, "", origin)
 
 
 def _time_to_truth() -> Iterator[Figure]:

@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
+from matplotlib.ticker import MaxNLocator
 
 from benchmarks.performance.figures import RESULTS, STORED, Figure, read_stored
 from haptid.report.common.style import MEASURED, SIMULATED, figure, png, style
@@ -14,6 +16,8 @@ from haptid.support.files.files import write_bytes, write_text
 
 PAGE = STORED.with_suffix(".md")
 PICTURE = RESULTS / "performance.png"
+PANELS_IN_A_ROW = 3
+"""Curves beside one another, so that their labels have room at the size of the text."""
 HEAD = """# Performance
 
 How long a user waits, and what grows with what. `make bench` prints one table of these figures and of those that other
@@ -46,7 +50,8 @@ def growth_rows(stored: Mapping[str, Any]) -> list[str]:
         first, last = points[0], points[-1]
         grown = np.log(last["cpu_s"] / first["cpu_s"]) / np.log(last["size"] / first["size"])
         listed = ", ".join(f"{one['size']}: {one['cpu_s']:.2g} ({one['wall_s']:.2g})" for one in points)
-        memory = f"{first['peak_mb']:.0f} to {last['peak_mb']:.0f}"
+        ends = dict.fromkeys(f"{one['peak_mb']:.0f}" for one in (first, last))
+        memory = " to ".join(ends)
         rows.append(f"| {curve['title']} | {curve['axis']} | {listed} | {grown:.2f} | {memory} |")
     return rows
 
@@ -54,22 +59,37 @@ def growth_rows(stored: Mapping[str, Any]) -> list[str]:
 def draw_growth(stored: Mapping[str, Any]) -> Drawing:
     """Draw processor time and memory of each curve over what grows."""
     curves = list(stored["curves"].values())
+    blocks = -(-len(curves) // PANELS_IN_A_ROW)
     with style():
-        made = figure(9.0, 5.0)
-        axes = made.subplots(2, len(curves), squeeze=False)
-        for (above, below), curve in zip(axes.T, curves, strict=True):
-            sizes = [one["size"] for one in curve["points"]]
-            above.loglog(sizes, [one["cpu_s"] for one in curve["points"]], "o-", ms=3, color=SIMULATED)
-            below.semilogx(sizes, [one["peak_mb"] for one in curve["points"]], "o-", ms=3, color=MEASURED)
-            below.set_ylim(0.0, 1.2 * max(one["peak_mb"] for one in curve["points"]))
-            below.set_xlabel(curve["axis"], fontsize=7)
-            for axis in (above, below):
-                axis.set_xticks([sizes[0], sizes[-1]], [str(sizes[0]), str(sizes[-1])], fontsize=7)
-                axis.minorticks_off()
-                axis.tick_params(labelsize=6)
-        axes[0][0].set_ylabel("processor time [s]")
-        axes[1][0].set_ylabel("peak memory [MB]")
+        made = figure(9.0, 3.8 * blocks)
+        axes = made.subplots(2 * blocks, PANELS_IN_A_ROW, squeeze=False)
+        for axis in axes.flat:
+            axis.set_visible(False)
+        for number, curve in enumerate(curves):
+            block, column = divmod(number, PANELS_IN_A_ROW)
+            above, below = axes[2 * block, column], axes[2 * block + 1, column]
+            _draw_curve(above, below, curve)
+            if column == 0:
+                above.set_ylabel("processor time [s]")
+                below.set_ylabel("peak memory [MB]")
     return made
+
+
+def _draw_curve(above: Axes, below: Axes, curve: Mapping[str, Any]) -> None:
+    """Draw processor time above and memory below; the ends of what grows and of the time are told by their numbers."""
+    sizes, times, memory = ([one[key] for one in curve["points"]] for key in ("size", "cpu_s", "peak_mb"))
+    above.loglog(sizes, times, "o-", ms=3, color=SIMULATED)
+    below.semilogx(sizes, memory, "o-", ms=3, color=MEASURED)
+    below.set_ylim(0.0, 1.2 * max(memory))
+    below.yaxis.set_major_locator(MaxNLocator(4))
+    ends = sorted({min(times), max(times)})
+    # Within less than a power of ten a logarithmic axis has no number of its own.
+    above.set_yticks(ends, [f"{end:.2g}" for end in ends])
+    below.set_xlabel(curve["axis"])
+    for axis in (above, below):
+        axis.set_visible(True)
+        axis.set_xticks([sizes[0], sizes[-1]], [str(sizes[0]), str(sizes[-1])])
+        axis.minorticks_off()
 
 
 def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
@@ -85,6 +105,7 @@ def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
         f"The documentation has {pages['pages']} pages, README included. Tests run, compile or read the blocks of code "
         f"on them: {pages['bash']} of command lines, {pages['python']} of Python, {pages['toml']} of TOML.",
         "",
+        *_axe_in_words(stored["axe"]),
     ]
     if "arm" not in stored:
         return lines
@@ -106,6 +127,16 @@ def _front_door(stored: Mapping[str, Any] | None) -> list[str]:
         f"Its report has {report['size_MB']:.1f} MB in one file; headless Chromium takes {report['load_s']:.2f} s.",
         "",
     ]
+
+
+def _axe_in_words(examined: Mapping[str, Any]) -> list[str]:
+    """Return the lines on what axe-core found on the pages and on a report, by the width of the screen."""
+    told = []
+    for of, one in examined.items():
+        where = f"the {one['pages']} built pages" if of == "documentation" else "the report of the arm below"
+        found = " and ".join(f"{number} at {width} px" for width, number in one["violations"].items())
+        told.append(f"{found} on {where} ({one['date']})")
+    return [f"Violations that axe-core finds: {'; '.join(told)}.", ""]
 
 
 def workers_in_words(stored: Mapping[str, Any]) -> str:

@@ -138,7 +138,7 @@ def multibody_of_result(source: Path, device: Device | str | None = None, start:
     data = read_identification(source)
     if data["device"] == SINGLE:
         got = "a joint alone, whose inertia and gravity are known and no bodies"
-        todo = "--kind native and a name that ends in .fmu"
+        todo = "export an FMU: choose a name that ends in .fmu"
         raise InputError(str(source), expected="a device with links", got=got, todo=todo)
     machine = device if isinstance(device, Device) else device_of_results(device, data, source)
     check_for_device(data, machine, str(source))

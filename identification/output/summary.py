@@ -21,7 +21,7 @@ from haptid.identification.output.plain_comparison import (
 from haptid.identification.output.priors import tell_device_inertia, tell_priors, tell_unused_priors
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import UNCERTAIN, tell_status
-from haptid.identification.sequence.outcome_sentence import tell_outcome
+from haptid.identification.sequence.outcome_sentence import structured_run, tell_outcome
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain, says_nothing
@@ -225,7 +225,8 @@ def attention(step: Step) -> list[str]:
     """
     fit = step.fit
     delay = tell_delay(step)
-    said = [] if fit.outcome.label == "converged" else [tell_outcome(step)]
+    quiet = fit.outcome.label == "converged" and structured_run(step) is None
+    said = [] if quiet else [tell_outcome(step)]
     said += [] if delay is None else [delay]
     said += tell_constant_torques(step)
     for status, words in (

@@ -5,6 +5,7 @@ All values are frozen: equations, estimates, covariance, scores of the runs, min
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -16,6 +17,22 @@ from haptid.measurement.values.run import Array, freeze
 from haptid.model.equations.equations import Equations
 from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.linear_algebra import rms
+
+
+def scatter_of_correlation(rows: int) -> float:
+    """Return the correlation up to which an estimate from white residuals counts as 0.
+
+    Parameters
+    ----------
+    rows
+        Number of residuals.
+
+    Returns
+    -------
+    float
+        Two of its standard deviations 1/√rows [1].
+    """
+    return 2.0 / math.sqrt(rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +51,10 @@ class RunScore:
         RMS of (measured − simulated) over the range of the measured position, the largest of the joints.
     x0
         Initial state of the simulation, shape (n_x,); its position is fitted with the prior N(y[0], σ²).
+    rows
+        Number of readings of the scored rows, over all joints.
+    correlation_time
+        Integrated autocorrelation time of the residual over the noise [rows]; None where it is not known.
     """
 
     file: str
@@ -42,6 +63,15 @@ class RunScore:
     over_noise: float
     nrmse: float
     x0: Array
+    rows: int = 0
+    correlation_time: float | None = None
+
+    @property
+    def is_correlated(self) -> bool:
+        """Whether the residual is correlated from row to row by more than that of white noise scatters."""
+        time = self.correlation_time
+        # Where the first lag is within the scatter, the time is 1 plus the correlation there.
+        return time is not None and self.rows > 0 and time > 1.0 + scatter_of_correlation(self.rows)
 
     @property
     def rmse_rad(self) -> float:

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from haptid.identification.baseline.delay import Delay
+from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import LONELY_NEAR_THE_DATA, MODEL_DOES_NOT_FIT, Outcome
 from haptid.identification.sequence.step import Step
 from haptid.identification.statistics.score import residual_over_motion
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.support.numbers import plain
 
 LINEAR_HOLD = 'hold = "linear" in campaign.toml (or haptid init --hold linear)'
 """What to state where the torque runs linearly between its rows."""
+LITTLE_MORE_THAN_NOISE = {
+    Outcome.CONVERGED: "converged: several starts agree on the best minimum; {}: haptid missing may name it",
+    Outcome.SINGLE_START: "only one start reached the best minimum; {}: raise --starts, then try haptid missing",
+}
+"""Sentences of outcomes at the noise where a run leaves structure as well."""
 
 
 def tell_outcome(step: Step) -> str:
@@ -26,9 +33,40 @@ def tell_outcome(step: Step) -> str:
         Without a full stop.
     """
     outcome = step.fit.outcome
+    structured = structured_run(step)
+    if structured is not None:
+        over = (
+            f"{structured.file} leaves {plain(structured.over_noise, 3)} times the noise, and what is left is not white"
+        )
+        return LITTLE_MORE_THAN_NOISE[outcome].format(over)
     if outcome not in MODEL_DOES_NOT_FIT or not seems_held_by_mistake(step):
         return LONELY_NEAR_THE_DATA if outcome is Outcome.LONELY and follows_motion(step) else outcome.value
     return f"{outcome.value.partition(';')[0]}; first state {LINEAR_HOLD}"
+
+
+def structured_run(step: Step) -> RunScore | None:
+    """Return a run of which a fit at the noise leaves somewhat more than noise, and not by chance.
+
+    Outcomes allow a run that its noise differs from the pooled one; noise that differs is white all the same.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    RunScore or None
+        The one with the largest residual over the noise, of those that no fit saw where there are such; None where it
+        leaves the noise, or white noise of another size.
+    """
+    if step.fit.outcome not in LITTLE_MORE_THAN_NOISE:
+        return None
+    unseen = [score for score in step.fit.runs if score.use == "validate"]
+    worst = max(unseen or step.fit.runs, key=lambda score: score.over_noise, default=None)
+    if worst is None or worst.over_noise <= THRESHOLDS.largest_residual_as_noise or not worst.is_correlated:
+        return None
+    return worst
 
 
 def follows_motion(step: Step) -> bool:

@@ -195,6 +195,8 @@ def _run_json(score: RunScore, step: Step) -> dict[str, Any]:
         "nrmse": finite(score.nrmse),
         "rmse_per_joint": [finite(float(x)) for x in score.rmse],
         "initial_state": score.x0.tolist(),
+        "rows": score.rows,
+        "residual_correlation_rows": score.correlation_time,
         "figures": None if step.compared is None else step.compared.as_json(score.file, score.use),
     }
     if step.torque_scored:
@@ -336,4 +338,6 @@ def _score_from(run: Mapping[str, Any]) -> RunScore:
         over_noise=number(run["rmse_over_noise"]),
         nrmse=number(run["nrmse"]),
         x0=np.array(run["initial_state"]),
+        rows=run.get("rows", 0),  # files of November 2026 lack both
+        correlation_time=run.get("residual_correlation_rows"),
     )

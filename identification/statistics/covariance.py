@@ -25,6 +25,7 @@ from scipy.signal import oaconvolve
 
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.problem.valleys import Valleys
+from haptid.identification.result.fit import scatter_of_correlation
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
@@ -190,10 +191,44 @@ def sum_over_lags(g: Array, weights: Array) -> Array:
     return np.asarray((total + total.T) / 2.0)
 
 
+def tapered_autocovariance(residuals: tuple[Array, ...]) -> Array:
+    """Estimate the autocovariance of residuals as far as it stands out from its own scatter.
+
+    Parameters
+    ----------
+    residuals
+        As `autocovariance` takes them.
+
+    Returns
+    -------
+    ndarray, shape (n_lags,)
+        c(l) with Bartlett's weights up to twice the lag at which it enters its scatter.
+    """
+    rows = min(r.shape[0] for r in residuals)
+    c = autocovariance(residuals, max(int(THRESHOLDS.longest_lag_over_rows * rows), 1))
+    window = _window(c, sum(r.size for r in residuals))
+    return np.asarray(window * c[: window.size])
+
+
+def correlation_time(tapered: Array) -> float:
+    """Return the integrated autocorrelation time 1 + 2·Σ c(l)/c(0).
+
+    Parameters
+    ----------
+    tapered
+        What `tapered_autocovariance` returns.
+
+    Returns
+    -------
+    float
+        In rows; 1 is white, as is a residual of 0.
+    """
+    return max(float(1.0 + 2.0 * np.sum(tapered[1:]) / tapered[0]), 0.0) if tapered[0] > 0 else 1.0
+
+
 def _window(c: Array, rows: int) -> Array:
     """Return Bartlett's weights up to twice the lag at which the correlation enters its own scatter."""
-    # The scatter of an estimated correlation of white residuals is 1/√rows; two of these count as 0.
-    quiet = np.flatnonzero(np.abs(c) < 2.0 * c[0] / np.sqrt(rows))
+    quiet = np.flatnonzero(np.abs(c) < c[0] * scatter_of_correlation(rows))
     died = int(quiet[0]) if quiet.size else c.size - 1
     last = min(max(2 * died, 1), c.size - 1) if died > 1 else 1
     return np.maximum(0.0, 1.0 - np.arange(last + 1) / (last + 1.0))
@@ -206,9 +241,7 @@ def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     plain = tuple(
         np.where(root > 0, r / np.where(root > 0, root, 1.0), 0.0) for r, root in zip(blocks.rows, roots, strict=True)
     )
-    rows = min(r.shape[0] for r in plain)
-    c = autocovariance(plain, max(int(THRESHOLDS.longest_lag_over_rows * rows), 1))
-    weights = _window(c, sum(r.size for r in plain)) * c[: _window(c, sum(r.size for r in plain)).size]
+    weights = tapered_autocovariance(plain)
     meat = np.zeros((n, n))
     for J, root in zip(blocks.jacobians or (), roots, strict=True):
         for k in range(J.shape[1]):
@@ -217,5 +250,4 @@ def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     # Rounding and the estimated c(l) may give slightly negative eigenvalues, which a covariance cannot have.
     values, vectors = np.linalg.eigh(meat)
     meat = (vectors * np.maximum(values, 0.0)) @ vectors.T
-    tau = float(1.0 + 2.0 * np.sum(weights[1:]) / weights[0]) if weights[0] > 0 else 1.0
-    return meat, max(tau, 0.0)
+    return meat, correlation_time(weights)

@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 from haptid.identification.problem.initial_states import Start, start_of
 from haptid.identification.result.fit import RunScore
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.statistics.covariance import correlation_time, tapered_autocovariance
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import column_rms, rms
@@ -178,7 +179,16 @@ def score_of(run: Run, r: Array, x0: Array) -> RunScore:
         over_noise=rms(r / run.sensor_std),
         nrmse=float(np.max(rmse / np.maximum(np.ptp(run.y, axis=0), 1e-300))),
         x0=x0,
+        rows=r.size,
+        correlation_time=_correlation_time_of(r / run.sensor_std),
     )
+
+
+def _correlation_time_of(r: Array) -> float | None:
+    """Return the correlation time of a residual over its noise [rows]; None for one that is not finite or too short."""
+    if r.shape[0] < 2 or not np.isfinite(r).all():
+        return None
+    return correlation_time(tapered_autocovariance((r,)))
 
 
 def residual_over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:

@@ -3,16 +3,19 @@
 1. Columns whose names say what they are, and a time whose rows' interval tells its unit, are not asked for.
 2. The others are asked for one by one; what is likely meant is proposed where its unit is known.
 3. What lacks after that is told, and the columns that were left open are asked for again.
+
+The reply `BACK` asks for the column before once more, with the replies as they were before it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import click
 
-from haptid.measurement.asking.questions import NONE, ask
+from haptid.measurement.asking.questions import BACK, NONE, WentBack, ask
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.lacking_columns import propose_target
@@ -34,6 +37,10 @@ EXAMPLES = {
     "position": "position_0_rad, position_0_rad*0.0174533 of degrees",
 }
 """Replies that name a column, by the signal that lacks."""
+Replies = dict[str, Target]
+"""What is known of columns, by their names in the user's tables."""
+AskOne = Callable[[Replies, str], Replies]
+"""Question on one column: replies so far, and the column that `BACK` leads to or nothing, in; new replies out."""
 DRIVEN = ("torque", "position")
 """Signals of which a joint needs both."""
 
@@ -58,7 +65,7 @@ def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, 
     InputError
         Where something lacks, and no column is left that could be it.
     """
-    step, asked = answers.resolution, False
+    step, past = answers.resolution, list[_Asked]()
     replies = {**_plain_times(tables, answers.stated, step), **answers.stated}
     while (fault := _find_fault(tables, replace(answers, stated=replies))) is not None:
         table, error, lacking = fault
@@ -69,11 +76,42 @@ def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, 
         columns = unknown if lacking and unknown else replied
         if not columns:
             raise error
-        click.echo(_tell_fault(table, error, lacking, again=asked))
-        for column in columns:
-            replies = _ask_column(column, table, replies, lacking, step)
-        asked = True
+        click.echo(_tell_fault(table, error, lacking, again=bool(past)))
+        questions = [(column, partial(_ask_column, column, table, lacking, step)) for column in columns]
+        replies = _ask_in_turn(questions, replies, past)
     return replies
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Asked:
+    """A question that has its reply: column, question, and the replies before it."""
+
+    column: str
+    question: AskOne
+    before: Replies
+
+
+def _ask_in_turn(questions: Sequence[tuple[str, AskOne]], replies: Replies, past: list[_Asked]) -> Replies:
+    """Ask one question after the other, and those of ``past`` again as often as the user goes back; extend ``past``."""
+    waiting = list(questions)
+    while waiting:
+        column, question = waiting[0]
+        try:
+            made = question(replies, past[-1].column if past else "")
+        except WentBack:
+            last = past.pop()
+            waiting.insert(0, (last.column, last.question))
+            replies = last.before
+            continue
+        past.append(_Asked(column=column, question=question, before=replies))
+        replies = made
+        del waiting[0]
+    return replies
+
+
+def _way_back(before: str) -> str:
+    """Tell the reply that goes back to a column; nothing where there is none."""
+    return f"; {BACK} asks for {before} again" if before else ""
 
 
 def ask_all_columns(
@@ -95,36 +133,35 @@ def ask_all_columns(
     dict
         Column of the format by column of the user's tables.
     """
-    replies = dict(stated)
-    for column in dict.fromkeys(column for table in tables for column in table.columns):
-        target = understood.get(column)
-        default = "" if target is None else _write(target)
+    columns = dict.fromkeys(column for table in tables for column in table.columns)
+    questions = [(column, partial(_ask_again, column, understood.get(column))) for column in columns]
+    return _ask_in_turn(questions, dict(stated), [])
 
-        def read(reply: str, column: str = column, default: str = default) -> Target | None:
-            if reply == default:
-                return understood.get(column)
-            return Target(name=column) if reply == NONE else _read_target(reply)
 
-        given = ask(f"{column} is {_describe_ways(column, default)}", default, read)
-        replies.pop(column, None)
-        if given is not None:
-            replies[column] = given
-    return replies
+def _ask_again(column: str, understood: Target | None, replies: Replies, before: str) -> Replies:
+    """Return the replies with that to a column of which something is understood already, or nothing."""
+    default = "" if understood is None else _write(understood)
+
+    def read(reply: str) -> Target | None:
+        if reply == default:
+            return understood
+        return Target(name=column) if reply == NONE else _read_target(reply)
+
+    ways = f"{_describe_ways(column, default)}{_way_back(before)}"
+    given = ask(f"{column} is ({ways})", default, read, may_go_back=bool(before))
+    others = {known: target for known, target in replies.items() if known != column}
+    return others if given is None else {**others, column: given}
 
 
 def _describe_ways(column: str, default: str) -> str:
     if default:
-        return f"({NONE} leaves it unused)"
-    return (
-        "(a name of the format)"
-        if KNOWN.fullmatch(column)
-        else f"({', '.join(EXAMPLES[signal] for signal in DRIVEN)}, …)"
-    )
+        return f"{NONE} leaves it unused"
+    return "a name of the format" if KNOWN.fullmatch(column) else f"{', '.join(EXAMPLES[one] for one in DRIVEN)}, …"
 
 
 def _ask_column(
-    column: str, table: Table, replies: Mapping[str, Target], lacking: Sequence[str], step: float | None
-) -> dict[str, Target]:
+    column: str, table: Table, lacking: Sequence[str], step: float | None, replies: Replies, before: str
+) -> Replies:
     """Return the replies with that to one column; a column that stays open has none."""
     others = {known: target for known, target in replies.items() if known != column}
     taken = {target.name for target in _understand(table, others, step).values()} | {
@@ -136,6 +173,7 @@ def _ask_column(
     ways = f"{goal}; {note}" if note else ", ".join([*(EXAMPLES[signal] for signal in lacking or DRIVEN), "…"])
     if default:
         ways += f"; {NONE} leaves it unused"
+    ways += _way_back(before)
 
     def read(reply: str) -> Target | None:
         if reply in ("", NONE):
@@ -145,7 +183,7 @@ def _ask_column(
             raise InputError(column, expected="a name that no other column has", got=target.name)
         return target
 
-    target = ask(f"{column} is ({ways})", default, read)
+    target = ask(f"{column} is ({ways})", default, read, may_go_back=bool(before))
     return others if target is None else {**others, column: target}
 
 

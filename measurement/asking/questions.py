@@ -22,6 +22,12 @@ from haptid.support.numbers import read_number
 T = TypeVar("T")
 NONE = "-"
 """Reply that takes nothing, where a bare Enter takes what is proposed."""
+BACK = "back"
+"""Reply that goes back to the question before."""
+
+
+class WentBack(Exception):  # noqa: N818 (a reply, not an error)
+    """The user wants to answer the question before once more."""
 
 
 def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any], former: Mapping[str, Any]) -> dict[str, Any]:
@@ -287,7 +293,7 @@ def _ask_whether(question: str, proposed: bool) -> bool:
     return ask(f"{question} (y/n)", "y" if proposed else "n", read)
 
 
-def ask(question: str, default: str | None, read: Callable[[str], T]) -> T:
+def ask(question: str, default: str | None, read: Callable[[str], T], *, may_go_back: bool = False) -> T:
     """Ask until ``read`` accepts the reply.
 
     Parameters
@@ -298,14 +304,23 @@ def ask(question: str, default: str | None, read: Callable[[str], T]) -> T:
         Reply that a bare Enter gives; None where there has to be one.
     read
         Function from the reply to its value; an `InputError` of it is shown, and the question asked again.
+    may_go_back
+        Whether `BACK` is a reply.
 
     Returns
     -------
     T
         What ``read`` made of the reply.
+
+    Raises
+    ------
+    WentBack
+        Where the reply is `BACK`, and may be.
     """
 
     def check_reply(reply: str) -> T:
+        if may_go_back and reply.strip().lower() == BACK:
+            raise WentBack
         try:
             return read(reply.strip())
         except InputError as error:

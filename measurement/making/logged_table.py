@@ -16,10 +16,13 @@ from pathlib import Path
 
 from haptid.measurement.tables.layout import refuse_repeated_names
 from haptid.measurement.tables.table import OTHER_TEXT_SUFFIXES, Table, read_table
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+OTHER_SEPARATORS = (";", "\t")
+"""Those that the campaign format has not."""
 BLANKS = " "
 """Separator of a text whose columns are set apart by blanks, as NumPy and MATLAB write them."""
 TEXTS = OTHER_TEXT_SUFFIXES
@@ -93,7 +96,7 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     Raises
     ------
     InputError
-        As `read_table`.
+        As `read_table`; also where the rows are too few to tell the separator.
     """
     is_text = path.name.endswith(TEXTS)
     if path.suffix != ".csv" and not is_text:
@@ -102,6 +105,8 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     text = _decode(content)
     lines = text.splitlines()
     layout = find_layout(lines, blanks=is_text)
+    if layout is None:
+        _refuse_few_rows(path, [line for line in lines if line.strip()])
     if layout is None or (not is_text and not layout.words and text == content.decode("utf-8-sig", errors="ignore")):
         return read_table(path, as_text=True), ""
     names = _header_names(lines, layout)
@@ -116,6 +121,14 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
             where = error.where.replace(str(copy), str(path))
             raise InputError(where, expected=error.expected, got=error.got, todo=error.todo) from None
     return replace(table, path=path, lines_before=layout.header, file=copy.name if is_text else ""), layout.words
+
+
+def _refuse_few_rows(path: Path, lines: Sequence[str]) -> None:
+    """Refuse a file with so few rows that its separator is not certain; it has too few rows whatever that is."""
+    rows = len(lines) - 1
+    separated = any(len(_names(lines[0], sign)) >= FEWEST_COLUMNS for sign in OTHER_SEPARATORS) if lines else False
+    if separated and rows < ROWS_THAT_SHOW_LAYOUT:
+        raise InputError(str(path), expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{rows}")
 
 
 def is_table(path: Path) -> bool:

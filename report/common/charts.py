@@ -6,6 +6,7 @@ The figure is the one source of both: what a test finds in its axes is what a re
 from __future__ import annotations
 
 import base64
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,6 +18,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.text import Text
 from matplotlib.ticker import LogFormatter, ScalarFormatter
 
 from haptid.measurement.values.run import Array
@@ -31,8 +33,12 @@ MOST_VECTOR_DOTS = 500
 """Most dots of a curve that a still picture draws one by one; more become pixels."""
 LARGEST_STEP = 65534
 """Number of steps from the least to the greatest number of a curve; one more means none."""
-WIDEST_ON_A_PHONE = 6.0
-"""Widest figure whose letters of 9 pt still have 8 pixels where it is shrunk to a phone of 390 pixels [inch]."""
+LEAST_LETTERS = 10.0
+"""Least size of the letters of a still picture on a phone, which are hard to read below it [pixel]."""
+WIDTH_ON_A_PHONE = 4.0
+"""Width of a figure that is drawn for phones: its letters of 8 pt have 10 pixels on a phone of 390 pixels [inch]."""
+POINTS_PER_INCH = 72
+"""Points in which letters are measured."""
 STATIC_COLUMNS = 300
 """Columns of a static panel, of which a figure has two or three side by side [pixel]."""
 
@@ -60,7 +66,7 @@ class _Content:
     complete: bool
 
 
-def picture_of(made: Figure, *, caption: str, alt: str) -> Picture:
+def picture_of(made: Figure, *, caption: str, alt: str, for_phones: Figure | None = None) -> Picture:
     """Render a figure for a page.
 
     Parameters
@@ -71,6 +77,8 @@ def picture_of(made: Figure, *, caption: str, alt: str) -> Picture:
         Text below the picture.
     alt
         Text for readers who cannot see the picture.
+    for_phones
+        The same figure for a page as narrow as a phone; None where the one figure scrolls there.
 
     Returns
     -------
@@ -79,8 +87,35 @@ def picture_of(made: Figure, *, caption: str, alt: str) -> Picture:
     """
     panels = panels_of(made)
     thin_curves(made)
-    small = float(made.get_figwidth()) <= WIDEST_ON_A_PHONE
-    return Picture(uri=data_uri(made), caption=caption, alt=alt, panels=panels, small=small)
+    uri = data_uri(made)
+    uri_for_phones = "" if for_phones is None else data_uri(for_phones)
+    width = readable_width(made if for_phones is None else for_phones)
+    return Picture(
+        uri=uri, caption=caption, alt=alt, panels=panels, uri_for_phones=uri_for_phones, readable_width=width
+    )
+
+
+def readable_width(drawn: Figure) -> int:
+    """Return the width at which the smallest letters of a figure can be read.
+
+    Parameters
+    ----------
+    drawn
+        Figure that has been rendered, so that it has all its letters.
+
+    Returns
+    -------
+    int
+        Least width at which no letter is smaller than `LEAST_LETTERS` [pixel]; 0 where there are no letters.
+    """
+    letters = [
+        float(text.get_fontsize())
+        for text in drawn.findobj(Text)
+        if isinstance(text, Text) and text.get_visible() and text.get_text()
+    ]
+    if not letters:
+        return 0
+    return math.ceil(LEAST_LETTERS * POINTS_PER_INCH * float(drawn.get_figwidth()) / min(letters))
 
 
 def panels_of(made: Figure) -> tuple[Panel, ...]:

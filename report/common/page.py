@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from haptid.identification.result.outcome import UNCERTAIN, tell_status
 from haptid.report.common.style import inks_css
-from haptid.report.common.words import WORDS, Word, word_of
+from haptid.report.common.words import MORE_WORDS, WORDS, Word, word_of
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
@@ -241,15 +241,19 @@ class Picture:
         Text for readers who cannot see the picture.
     panels
         Curves for the view that a script makes in place of the picture; none where empty.
-    small
-        Whether its letters can be read where the picture fills the width of a phone.
+    uri_for_phones
+        The same picture for a page as narrow as a phone; none where empty.
+    readable_width
+        Least width at which the letters of what a phone shows can be read [pixel]; the picture scrolls where a phone is
+        narrower.
     """
 
     uri: str
     caption: str
     alt: str
     panels: Sequence[Panel] = ()
-    small: bool = False
+    uri_for_phones: str = ""
+    readable_width: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -312,6 +316,7 @@ class Page:
             page=self,
             words=_words_in(self._tables()),
             word_of=word_of,
+            more_words=MORE_WORDS,
             inks=inks_css(),
             css=_asset("page.css") + (_asset("uPlot.min.css") if scripts else ""),
             scripts=scripts,

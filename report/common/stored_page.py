@@ -21,6 +21,8 @@ from haptid.support.files.files import read_content, write_bytes, write_text
 FOLDER, SUFFIX = "pages", ".json.gz"
 SCHEMA = "page/1"
 WANTED = "the content of a page that haptid wrote"
+WIDTH_OF_LARGE_PICTURES = 704
+"""Width at which a picture of 8.5 inch can be read, for pages that do not state it [pixel]."""
 LARGEST_CONTENT = 500_000_000
 """Most bytes of an unpacked content; the page of a campaign of 500 runs has a tenth of them."""
 
@@ -108,7 +110,8 @@ def _page_from(data: dict[str, Any]) -> Page:
 def _section_from(data: dict[str, Any]) -> Section:
     pictures = [_picture_from(picture) for picture in data["pictures"]]
     for picture in pictures:
-        if not picture.uri.startswith("data:image/"):  # a page needs nothing from elsewhere
+        uris = [uri for uri in (picture.uri, picture.uri_for_phones) if uri]
+        if not uris or not all(uri.startswith("data:image/") for uri in uris):  # a page needs nothing from elsewhere
             msg = "a picture that is not part of the page"
             raise ValueError(msg)
     return Section(
@@ -122,7 +125,11 @@ def _section_from(data: dict[str, Any]) -> Section:
 
 
 def _picture_from(data: dict[str, Any]) -> Picture:
-    return Picture(**{**data, "panels": [_panel_from(panel) for panel in data.get("panels", ())]})
+    panels = [_panel_from(panel) for panel in data.get("panels", ())]
+    if "small" in data:  # pages of November 2026 have this in place of a width
+        known = {name: value for name, value in data.items() if name != "small"}
+        return Picture(**{**known, "panels": panels, "readable_width": 0 if data["small"] else WIDTH_OF_LARGE_PICTURES})
+    return Picture(**{**data, "panels": panels})
 
 
 def _panel_from(data: dict[str, Any]) -> Panel:

@@ -37,6 +37,11 @@ class Word:
     plain: str = ""
 
 
+MORE_WORDS = (
+    "All words in which results judge stand in the documentation under Reference, Words of judgement "
+    "(docs/reference/outcomes.md in a clone); its how-to pages lead through what to do."
+)
+"""Where a reader goes on from the words of a page, which is read where no documentation may be."""
 PLAIN_WORDS = {
     "fit-above_noise": "the model lacks something",
     "fit-single_start": "reached by one start alone, at the noise",
@@ -80,7 +85,8 @@ FITS = _group(
     "fit",
     (
         "converged", "good",
-        "Several starts agree on the best minimum, and what is left is the sensor's noise.",
+        "Several starts agree on the best minimum, and what is left is the sensor's noise. Where a run leaves somewhat "
+        "more that is not white, the joint's section says so: haptid missing may name it.",
         "Use the values and the FMU.",
     ),
     (

@@ -117,7 +117,7 @@ def _with_unit(number: str, unit: str) -> str:
 def _ranking(finding: Finding) -> list[Table]:
     found = finding.search
     before, taken = found.before.candidate, _taken_among(found)
-    tried = found.trials if taken in found.trials else (*found.trials, taken)
+    tried = found.trials if _is_among(taken, found.trials) else (*found.trials, taken)
     rows = [
         (
             " + ".join(t.solution.keys) or "noise alone",
@@ -155,7 +155,12 @@ def _taken_among(found: Search) -> Trial:
     best = found.best
     same = [trial for trial in found.trials if _model_of(trial) == _model_of(best)]
     nearest = min(same, key=lambda t: abs(t.candidate.criterion - best.candidate.criterion), default=best)
-    return best if best in found.trials else nearest
+    return best if _is_among(best, found.trials) else nearest
+
+
+def _is_among(trial: Trial, trials: Sequence[Trial]) -> bool:
+    """Say whether a trial is one of some trials: models of the same effects hold arrays, which have no one equality."""
+    return any(one is trial for one in trials)
 
 
 def _write_adequacy(trial: Trial) -> str:

@@ -33,13 +33,15 @@ from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Cell, Picture, Section, Table, word_cell
 from haptid.report.identification.figures import run_picture
 from haptid.report.identification.friction_figures import friction_picture
-from haptid.report.identification.parameter_figures import correlation_table, interval_picture
+from haptid.report.identification.parameter_figures import HALF_WIDTH_95, correlation_table, interval_picture
 from haptid.report.identification.plain_section import plain_section
 from haptid.report.identification.residual_figures import correlation_picture
-from haptid.support.numbers import says_nothing
+from haptid.support.numbers import says_nothing, write_interval
 
 FIRST_SHOWN, RUNS_IN_A_ROW = 3, 2
 """Runs that are drawn before the reader unfolds the others, and most runs of one picture."""
+PARTS = 6
+"""Parts of drawing a configuration: simulation, prediction, and four sections."""
 MOST_CORRELATED = 3
 """Most runs of the picture of correlations."""
 LARGEST_P_OF_SCATTER = 1e-3
@@ -51,7 +53,13 @@ NOT_DRAWN_AGAIN = (
 )
 
 
-def draw_configuration(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tuple[Section, ...]:
+def _ignore_part(part: str, done: float) -> None:
+    """Take what a part does and the share that is done before it, and do nothing."""
+
+
+def draw_configuration(
+    step: Step, simulator_of: Callable[[Equations], Simulator], begins: Callable[[str, float], None] = _ignore_part
+) -> tuple[Section, ...]:
     """Simulate the runs of one configuration at its estimates, and draw them; a process of its own may do it.
 
     Parameters
@@ -60,18 +68,28 @@ def draw_configuration(step: Step, simulator_of: Callable[[Equations], Simulator
         Configuration with its fit.
     simulator_of
         Function from equations to a simulator; picklable where another process draws.
+    begins
+        Told of each part before it begins: what it does, and the share of all parts that is done, from 0 to 1.
 
     Returns
     -------
     tuple of Section
         As `configuration_sections` returns them.
     """
+    begins("simulating the runs", 0.0)
+    traces = traces_of(step, simulator_of)
+    begins("predicting an unseen run", 1 / PARTS)
     # One posture of a joint shows how both models predict it; the tables of the others say the rest.
     compared = step.compared if step.configuration.number == 1 else None
-    return configuration_sections(step, traces_of(step, simulator_of), predict_unseen(compared))
+    return configuration_sections(step, traces, predict_unseen(compared), begins)
 
 
-def configuration_sections(step: Step, traces: Sequence[Trace], prediction: Prediction | None) -> tuple[Section, ...]:
+def configuration_sections(
+    step: Step,
+    traces: Sequence[Trace],
+    prediction: Prediction | None,
+    begins: Callable[[str, float], None] = _ignore_part,
+) -> tuple[Section, ...]:
     """Show one configuration.
 
     Parameters
@@ -82,13 +100,21 @@ def configuration_sections(step: Step, traces: Sequence[Trace], prediction: Pred
         Measured and simulated positions of its runs.
     prediction
         An unseen run as fit and plain model predict it; None where there is none.
+    begins
+        As `draw_configuration` takes it.
 
     Returns
     -------
     tuple of Section
         The fit; further runs; friction, residual and intervals; the plain model.
     """
-    parts = [_configuration(step, traces), *_further_runs(step, traces), _diagnosis(step, traces)]
+    begins("drawing runs", 2 / PARTS)
+    parts = [_configuration(step, traces)]
+    begins("drawing further runs", 3 / PARTS)
+    parts += _further_runs(step, traces)
+    begins("drawing friction and residual", 4 / PARTS)
+    parts.append(_diagnosis(step, traces))
+    begins("drawing the plain model", 5 / PARTS)
     if step.compared is not None and step.compared.baseline is not None:
         parts.append(plain_section(step, step.compared.baseline, step.compared, prediction))
     return tuple(parts)
@@ -96,7 +122,8 @@ def configuration_sections(step: Step, traces: Sequence[Trace], prediction: Pred
 
 def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
     fit = step.fit
-    said = [f"Outcome: {tell_outcome(step)}.", *attention(step)[(fit.outcome.label != "converged") :], *fit.notes]
+    outcome = tell_outcome(step)
+    said = [f"Outcome: {outcome}.", *(one for one in attention(step) if one != outcome), *fit.notes]
     return Section(
         title=step.configuration.name.capitalize(),
         anchor=step.configuration.anchor,
@@ -208,7 +235,7 @@ def _profiles(step: Step) -> Table:
     for id, one in fit.profiles.items():
         value, std, unit = fit.values[id], fit.std[fit.index(id)], fit.equations.parameter(id).unit
         ends = ["open" if end is None else f"{end:.6g}" for end in (one.lower, one.upper)]
-        rows.append((id, *ends, f"{value - 1.96 * std:.6g} to {value + 1.96 * std:.6g}", unit))
+        rows.append((id, *ends, write_interval(value - HALF_WIDTH_95 * std, value + HALF_WIDTH_95 * std, 6), unit))
     return Table(
         header=("parameter", "from", "to", "value ± 1.96 std", "unit"),
         rows=rows,

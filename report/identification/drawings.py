@@ -59,7 +59,7 @@ class Drawings(AbstractContextManager["Drawings"]):
         simulator_of
             As `begin` takes it.
         listener
-            Told of each configuration.
+            Told of each configuration, and of each part of one that this process draws.
 
         Returns
         -------
@@ -68,9 +68,14 @@ class Drawings(AbstractContextManager["Drawings"]):
         """
         drawn = []
         for number, step in enumerate(steps):
-            listener.progress(f"report: {step.configuration.name}", number, len(steps))
+            title = f"report: {step.configuration.name}"
+
+            def begins(part: str, share: float, title: str = title, number: int = number) -> None:
+                listener.progress(title, number + share, len(steps), part)
+
+            listener.progress(title, number, len(steps))
             begun = self._begun.get(step.configuration.anchor)
-            drawn.append(draw_configuration(step, simulator_of) if begun is None else begun.result())
+            drawn.append(draw_configuration(step, simulator_of, begins) if begun is None else begun.result())
         return drawn
 
     def __exit__(

@@ -15,6 +15,7 @@ from haptid.identification.links.consistency import summary as consistency_summa
 from haptid.identification.output.plain_comparison import tell_size_and_share
 from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row, worst_score
 from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.outcome_sentence import structured_run
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
@@ -112,29 +113,40 @@ def identification_page(
 
 
 def _lead(steps: Sequence[Step], verification: Verification) -> str:
-    good, poor = [], []
-    for step in steps:
-        worst = worst_score(step)
-        if worst is None or worst.use != "validate":
-            continue
-        quiet = worst.over_noise <= THRESHOLDS.largest_residual_as_noise
-        # A run's own noise varies about the pooled one: the outcome has judged that, and its word stands below.
-        if quiet or step.fit.outcome in (Outcome.CONVERGED, Outcome.SINGLE_START):
-            good.append(step.configuration.name + ("" if quiet else f" ({plain(worst.over_noise, 3)} × noise)"))
-        else:
-            size = tell_size_and_share(worst, residual_unit(step))
-            poor.append(f"{step.configuration.name} ({plain(worst.over_noise, 3)} × noise){size}")
+    good, structured, poor = _by_residual(steps)
     words = []
     if good:
         all_of_many = len(good) == len(steps) > MOST_UNFOLDED
         where = f"in all {len(good)} configurations" if all_of_many else "; ".join(good)
         words.append(f"On runs that no fit saw, what is left is the sensor's noise: {where}.")
+    if structured:
+        words.append(f"What is left is little more than the noise, but not white: {'; '.join(structured)}.")
     if poor:
         words.append(f"The residual stays above the noise: {'; '.join(poor)}.")
     if verification.runs:
         planned = any(step.configuration.locked for step in steps)
         words.append(_whole_sentence(verification, planned=planned))
     return " ".join(words)
+
+
+def _by_residual(steps: Sequence[Step]) -> tuple[list[str], list[str], list[str]]:
+    """Name the configurations by what is left of runs that no fit saw: noise; structure near the noise; more."""
+    good, structured, poor = [], [], []
+    for step in steps:
+        worst = worst_score(step)
+        if worst is None or worst.use != "validate":
+            continue
+        quiet = worst.over_noise <= THRESHOLDS.largest_residual_as_noise
+        over = f" ({plain(worst.over_noise, 3)} × noise)"
+        # A run's own noise varies about the pooled one: the outcome has judged that, and its word stands below.
+        if structured_run(step) is not None:
+            structured.append(step.configuration.name + over)
+        elif quiet or step.fit.outcome in (Outcome.CONVERGED, Outcome.SINGLE_START):
+            good.append(step.configuration.name + ("" if quiet else over))
+        else:
+            size = tell_size_and_share(worst, residual_unit(step))
+            poor.append(f"{step.configuration.name}{over}{size}")
+    return good, structured, poor
 
 
 def _whole_sentence(verification: Verification, *, planned: bool) -> str:

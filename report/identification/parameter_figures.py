@@ -9,10 +9,12 @@ from matplotlib.figure import Figure
 
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array
-from haptid.report.common.charts import picture_of
+from haptid.report.common.charts import WIDTH_ON_A_PHONE, picture_of
 from haptid.report.common.page import Picture, Table
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
+WIDTH = 8.5
+"""Width of the figure of the intervals on a screen [inch]."""
 HALF_WIDTH_95 = 1.96
 """Half width of a normal 95 % interval, in standard deviations."""
 LEAST_DRAWN, LARGEST_DRAWN = 1e-3, 1e3
@@ -70,10 +72,12 @@ def interval_picture(fit: Fit, title: str, uncertain: Sequence[str] = ()) -> Pic
     )
     known = [fit.statuses[id] == "identified" and id not in uncertain for id in ids]
     made = interval_figure(ids, widths, known)
-    return picture_of(made, caption=caption, alt=f"{title}, width of each parameter's interval")
+    narrow = interval_figure(ids, widths, known, WIDTH_ON_A_PHONE)
+    alt = f"{title}, width of each parameter's interval"
+    return picture_of(made, caption=caption, alt=alt, for_phones=narrow)
 
 
-def interval_figure(ids: list[str], widths: Array, identified: list[bool]) -> Figure:
+def interval_figure(ids: list[str], widths: Array, identified: list[bool], width: float = WIDTH) -> Figure:
     """Draw the half width of each interval.
 
     Parameters
@@ -84,6 +88,8 @@ def interval_figure(ids: list[str], widths: Array, identified: list[bool]) -> Fi
         Half widths in percent of the value, shape (n,).
     identified
         Whether each has the status identified.
+    width
+        Width of the figure [inch].
 
     Returns
     -------
@@ -92,7 +98,7 @@ def interval_figure(ids: list[str], widths: Array, identified: list[bool]) -> Fi
     """
     order = np.argsort(widths, kind="stable")
     with style():
-        made = figure(8.5, 0.26 * len(ids) + 0.8)
+        made = figure(width, 0.26 * len(ids) + 0.8)
         axis = made.subplots()
         axis.axvline(100.0, color=MEASURED, lw=0.8, ls="--")
         for row, i in enumerate(order):

@@ -21,7 +21,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Section, Table
 from haptid.report.identification.plain_pictures import plain_picture
-from haptid.support.numbers import plain
+from haptid.support.numbers import plain, write_interval
 
 EXPLANATION = (
     "The plain model is inertia, gravity, Coulomb and viscous friction and a constant torque, by least squares of the "
@@ -115,4 +115,4 @@ def _parameter_table(step: Step, baseline: Baseline, compared: Compared) -> Tabl
 def _interval(value: float, std: float) -> str:
     if not (math.isfinite(std) and std > 0):
         return ""
-    return f"{value - HALF_WIDTH_95 * std:.4g} to {value + HALF_WIDTH_95 * std:.4g}"
+    return write_interval(value - HALF_WIDTH_95 * std, value + HALF_WIDTH_95 * std, 4)

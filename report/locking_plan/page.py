@@ -9,6 +9,7 @@ from haptid.report.common.page import Page, Section, Table
 from haptid.report.locking_plan.tables import (
     COUNTS_HEADER,
     ERRORS_HEADER,
+    NO_POSTURES,
     POSTURES_HEADER,
     Data,
     configuration,
@@ -96,13 +97,14 @@ def _order_section(plan: Data) -> Section:
 def _design_sections(plan: Data) -> list[Section]:
     if "postures" not in plan:
         return []
+    rows = posture_rows(plan)
     warnings = [f"Joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])]
     return [
         Section(
             title="Proposed postures",
             anchor="postures",
-            paragraphs=[posture_sentence(plan)],
-            tables=[Table(header=POSTURES_HEADER, rows=posture_rows(plan))],
+            paragraphs=[posture_sentence(plan), *([] if rows else [NO_POSTURES])],
+            tables=[Table(header=POSTURES_HEADER, rows=rows)] if rows else [],
         ),
         Section(
             title="Proposed runs",

@@ -100,6 +100,7 @@ COUNTS_HEADER = (
 
 RUNS_HEADER = ["joint", "runs"]
 ERRORS_HEADER = ["joint", "parameter", "first guess", "before", "after", "unit"]
+NO_POSTURES = "No lock postures beyond home are proposed."
 POSTURES_HEADER = ["free joints", "locked at [rad or m] (- free)"]
 
 

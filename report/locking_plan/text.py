@@ -5,6 +5,7 @@ from __future__ import annotations
 from haptid.report.locking_plan.tables import (
     COUNTS_HEADER,
     ERRORS_HEADER,
+    NO_POSTURES,
     POSTURES_HEADER,
     RUNS_HEADER,
     Data,
@@ -58,6 +59,7 @@ def tell_plan(plan: Data) -> Told:
 def _describe_design(plan: Data) -> Told:
     if "postures" not in plan:
         return []
+    rows = posture_rows(plan)
     return [
         "",
         "Proposed runs, cosines of amplitude [N m or N] at frequency [rad/s]:",
@@ -68,5 +70,5 @@ def _describe_design(plan: Data) -> Told:
         Table(header=ERRORS_HEADER, rows=error_rows(plan)),
         "",
         posture_sentence(plan),
-        Table(header=POSTURES_HEADER, rows=posture_rows(plan)),
+        Table(header=POSTURES_HEADER, rows=rows) if rows else NO_POSTURES,
     ]

@@ -266,10 +266,17 @@ def in_venv() -> bool:
 
 
 def _report_interruption(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    """Say in one line that Ctrl-C came while modules were imported, before the command itself could hear it."""
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
         return
+    end_interrupted()
+
+
+def end_interrupted() -> NoReturn:
+    """End the process, and say in one line that Ctrl-C came before the command itself could hear it.
+
+    It comes while modules are imported, when no command has written anything.
+    """
     sys.stderr.write("interrupted: nothing was finished yet\n")
     sys.stderr.flush()
     os._exit(INTERRUPTED)

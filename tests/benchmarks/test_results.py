@@ -10,14 +10,15 @@ from typing import Any
 
 import pytest
 
-from benchmarks import identification_devices, same_results, whole_model
+from benchmarks import front_door, identification_devices, same_results, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
 from benchmarks.performance.figures import all_figures
+from benchmarks.performance.page import draw_growth, text_table, workers_in_words
 from benchmarks.performance.page import page_of as performance_page
-from benchmarks.performance.page import text_table, workers_in_words
 from benchmarks.simulators import page as simulators
+from docs.accessibility import find_browser
 from docs.parts.tables import with_parts
 from haptid.support.installing.environment import ROOT
 from studies.calibration import result as calibration
@@ -131,6 +132,39 @@ def test_the_table_of_performance_has_the_figures_of_all_benchmarks():
     }  # fmt: skip
     table = text_table(figures)
     assert all(one.name[:40] in table for one in figures)
+
+
+def test_the_front_door_states_what_axe_finds_on_a_screen_and_on_a_phone():
+    stored = json.loads((RESULTS / "front_door.json").read_text(encoding="utf-8"))
+    assert set(stored["axe"]) == {"documentation", "report"}
+    assert all(one["violations"] == {"1280": 0, "390": 0} for one in stored["axe"].values())
+    assert sum(one.group == "violations that axe-core finds" for one in all_figures()) == 4
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium here")
+def test_a_page_without_a_language_counts_at_both_widths(tmp_path: Path):
+    pytest.importorskip("axe_playwright_python", reason="a dependency of development")
+    (tmp_path / "a.html").write_text("<!doctype html><title>a</title><main><h1>a</h1></main>", encoding="utf-8")
+    assert front_door.count_violations([tmp_path / "a.html"]) == {"pages": 1, "violations": {"1280": 1, "390": 1}}
+
+
+def test_every_panel_of_the_growth_has_numbers_at_both_axes_within_the_picture():
+    """Axes of less than a power of ten had no number, and a label at the edge was cut."""
+    made = draw_growth(json.loads((RESULTS / "performance.json").read_text(encoding="utf-8")))
+    made.canvas.draw()
+    shown = [axis for axis in made.axes if axis.get_visible()]
+    assert len(shown) == 2 * len(json.loads((RESULTS / "performance.json").read_text(encoding="utf-8"))["curves"])
+    for axis in shown:
+        for one, ends in ((axis.xaxis, sorted(axis.get_xlim())), (axis.yaxis, sorted(axis.get_ylim()))):
+            ticks = [
+                tick for tick in one.get_major_ticks()
+                if tick.label1.get_text() and ends[0] <= tick.get_loc() <= ends[1]
+            ]  # fmt: skip
+            assert len(ticks) >= 2
+            assert min(tick.label1.get_fontsize() for tick in ticks) >= 8
+            for text in (*(tick.label1 for tick in ticks), one.label):
+                box = text.get_window_extent()
+                assert box.width == 0 or (made.bbox.x0 <= box.x0 and box.x1 <= made.bbox.x1)
 
 
 def test_a_comparison_takes_the_place_of_an_earlier_one_of_the_same_commits(tmp_path: Path):

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from urllib.parse import unquote, urlparse
 
 import pytest
 
@@ -60,12 +61,13 @@ def test_the_search_has_a_name_for_readers_without_a_screen(site: Path):
 
 KINDS_OF_PAGES = (
     "index",
+    "gallery",
     "how-to/foreign_fmu",
     "results/real_machines",
     "theory/rigid_body",
     "decisions/0007-maxwell-slip",
 )
-"""Pages with code, wide tables, equations, empty headers, and a part of the navigation without first page."""
+"""Pages with pictures, code, wide tables, equations, empty headers, and a part of the navigation without first page."""
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
@@ -78,6 +80,25 @@ def test_axe_finds_no_violation(site: Path):
     examined = list(accessibility.examine_pages(pages, views, CHROMIUM))
     assert len(examined) == len(pages) * len(views)
     assert [one for part in examined for one in part] == []
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
+def test_pictures_scroll_on_a_phone_and_keep_the_size_of_their_letters(site: Path):
+    """Shrunk to a phone, letters of the gallery's pictures had 4 pixels."""
+    driven = pytest.importorskip("playwright.sync_api", reason="a dependency of development")
+    with driven.sync_playwright() as driver:
+        opened = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        shown = opened.new_page(viewport={"width": 390, "height": 900})
+        for name in ("gallery", "architecture"):
+            shown.goto((site / f"{name}.html").as_uri())
+            assert shown.evaluate("document.documentElement.scrollWidth") == 390
+            for image in shown.locator(".picture img").all():
+                image.scroll_into_view_if_needed()
+                drawn = Path(unquote(urlparse(image.evaluate("one => one.src")).path))
+                # Pixels at 110 dots an inch, or units of a drawing whose least letters have 12.
+                whole = 1014 if drawn.suffix == ".svg" else image.evaluate("one => one.naturalWidth")
+                assert image.bounding_box()["width"] >= 0.95 * whole, drawn.name
+        opened.close()
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")

@@ -122,9 +122,9 @@ def test_calls_of_the_readme_have_the_names_and_arguments_of_the_api(monkeypatch
     identified.plot_residuals.assert_called_once_with()
 
 
-def shown(page: str, language: str, start: str) -> str:
+def shown(page: str, languages: tuple[str, ...], start: str) -> str:
     """Block of a page that begins with these words."""
-    (block,) = [one for one in blocks_of(HOW_TO / page, language) if one.startswith(start)]
+    (block,) = [one for one in blocks_of(HOW_TO / page, *languages) if one.startswith(start)]
     return block
 
 
@@ -149,7 +149,7 @@ def test_tables_are_brought_in_checked_and_identified_as_the_page_says(tmp_path:
     monkeypatch.chdir(tmp_path)
     write_logged_tables(tmp_path / "my_tables")
     printed = run("haptid init my_tables --out my_campaign --measured --validate 'val_*.csv'")
-    promised = shown("your_own_data.md", "", "understood:")
+    promised = shown("your_own_data.md", ("",), "understood:")
     said, expected = (NUMBER.sub("#", text).split() for text in (printed, promised))
     assert said[: len(expected)] == expected
     assert said[len(expected)] == "next:"
@@ -162,7 +162,7 @@ def test_the_campaign_of_a_page_is_accepted(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "my_campaign"
     folder.mkdir()
-    (folder / "campaign.toml").write_text(shown("your_own_data.md", "toml", "[campaign]"), encoding="utf-8")
+    (folder / "campaign.toml").write_text(shown("your_own_data.md", ("toml",), "[campaign]"), encoding="utf-8")
     one = plain_run(1, seconds=4.0)
     table = {"time_s": one.t, "torque_2_Nm": one.u[:, 0], "position_2_rad": one.y[:, 0]}
     pd.DataFrame(table).to_csv(folder / "run1.csv", index=False)
@@ -173,7 +173,7 @@ def test_the_campaign_of_a_page_is_accepted(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_the_campaign_about_an_fmu_of_a_page_is_accepted(tmp_path: Path):
-    (tmp_path / "campaign.toml").write_text(shown("foreign_fmu.md", "toml", "[campaign]"), encoding="utf-8")
+    (tmp_path / "campaign.toml").write_text(shown("foreign_fmu.md", ("toml",), "[campaign]"), encoding="utf-8")
     (tmp_path / "oscillator.fmu").write_bytes(b"")  # it is opened later
     t = np.arange(0.0, 4.0, 0.01)
     pd.DataFrame({"time_s": t, "force_N": np.cos(t), "x": np.sin(t)}).to_csv(tmp_path / "a.csv", index=False)
@@ -182,6 +182,8 @@ def test_the_campaign_about_an_fmu_of_a_page_is_accepted(tmp_path: Path):
 
 
 def test_the_effect_of_a_page_enters_the_catalogue(tmp_path: Path):
-    (tmp_path / "seal_drag.py").write_text(shown("find_missing_physics.md", "python", '"""Friction'), encoding="utf-8")
+    (tmp_path / "seal_drag.py").write_text(
+        shown("find_missing_physics.md", ("python",), '"""Friction'), encoding="utf-8"
+    )
     effects = catalogue_without((), tmp_path)
     assert effects["seal_drag"].parameters[0].id == "seal"

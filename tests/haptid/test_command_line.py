@@ -53,6 +53,25 @@ def test_every_command_has_a_version(name: str):
     assert (done.exit_code, done.output) == (0, f"haptid, version {version()}\n")
 
 
+@pytest.mark.parametrize("loaded", ["click", "haptid.identification.commands", "haptid.identification.run"])
+def test_an_interruption_while_modules_are_loaded_is_one_line(loaded: str):
+    """Within the first moments Ctrl-C ended with a traceback or with click's exit code 1."""
+    script = f"""
+import os, runpy, signal, sys
+
+class Interrupts:
+    def find_spec(self, name, path=None, target=None):
+        if name == {loaded!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupts())
+sys.argv = ["haptid", "identify"]
+runpy.run_module("haptid", run_name="__main__")
+"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "interrupted: nothing was finished yet\n")
+
+
 def test_the_package_has_the_version_of_its_commands():
     assert haptid.__version__ == version()
     assert "__version__" in dir(haptid)

@@ -55,8 +55,39 @@ def test_torque_and_position_of_two_joints_are_asked_again_with_the_replies_as_p
     done = talk(tables, FACTS + "torque_0_Nm\nposition_1_rad\n" + "\nposition_0_rad\n" + SENSOR + "y\n")
     assert done.exit_code == 0, done.output
     assert "torques of 0, positions of 1; give both one number\nfoo is (" in done.output
-    assert "leaves it unused) [torque_0_Nm]: \nbar is (" in done.output
+    assert "leaves it unused; back asks for bar again) [torque_0_Nm]: \nbar is (" in done.output
     assert read_campaign(tables.parent / "made").joints == (0,)
+
+
+def test_back_asks_for_the_column_before_once_more(tables: Path, talk):
+    """A wrong role could be taken back at the end alone."""
+    done = talk(tables, FACTS + "position_0_rad\nback\ntorque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    asked = [line for line in done.output.splitlines() if line.startswith(("foo is", "bar is"))]
+    assert [line[:3] for line in asked] == ["foo", "bar", "foo", "bar"]
+    assert all(("; back asks for foo again)" in line) == line.startswith("bar") for line in asked)
+    assert "[position_0_rad]" not in asked[2]  # the reply that was taken back is not proposed
+    np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
+
+
+def test_back_goes_back_beyond_what_a_table_still_lacks(tables: Path, talk):
+    wrong = "position_0_rad\n\n"  # bar stays open, is asked for once more, and leads back to foo
+    done = talk(tables, FACTS + wrong + "back\nback\ntorque_0_Nm\n\n" + "position_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
+
+
+def test_back_is_no_reply_to_the_first_column(tables: Path, talk):
+    done = talk(tables, FACTS + "back\ntorque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert done.output.count("Error: ") == 1
+
+
+def test_back_is_a_reply_where_all_columns_are_changed(tables: Path, talk):
+    changes = "n\ncol\n\nposition_0_rad\nback\ntorque_0_Nm\nposition_0_rad\n"
+    done = talk(tables, FACTS + "position_0_rad\ntorque_0_Nm\n" + SENSOR + changes + "y\n")
+    assert done.exit_code == 0, done.output
+    np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
 
 @pytest.mark.parametrize("reply", ["position_0_rad*0.02", "nothing", "torque_0_Nm*x"])
@@ -81,7 +112,7 @@ def test_a_no_asks_what_is_to_be_changed_and_only_that(tables: Path, talk):
     )
     done = talk(tables, FACTS + columns + SENSOR + changes + "y\n")
     assert done.exit_code == 0, done.output
-    assert "foo is (- leaves it unused) [position_0_rad]: torque_0_Nm" in done.output
+    assert "foo is (- leaves it unused; back asks for time_s again) [position_0_rad]: torque_0_Nm" in done.output
     assert "Title [Mine]: Other" in done.output
     campaign = read_campaign(tables.parent / "made")
     assert (campaign.title, campaign.noise_given) == ("Other", True)
@@ -95,7 +126,7 @@ def test_a_column_may_be_left_unused_though_its_name_was_understood(tables: Path
         pd.read_csv(path).rename(columns={"foo": "torque (Nm)"}).to_csv(path, index=False)
     changes = "n\ncolumns\n\n-\n\n" + "\ntorque (Nm)\n-\n"
     done = talk(tables, FACTS + "position_0_rad\n" + SENSOR + changes)
-    assert "torque (Nm) is (- leaves it unused) [torque_0_Nm]: -" in done.output
+    assert "torque (Nm) is (- leaves it unused; back asks for time_s again) [torque_0_Nm]: -" in done.output
     assert "one.csv lacks what drives the joint" in done.output
 
 

@@ -16,7 +16,7 @@ from haptid.report.common import style
 from haptid.report.common.page import Page
 
 OWN_SCRIPTS = tuple(pages._asset(name) for name in pages.SCRIPTS)
-VOID = {"meta", "img", "br", "hr", "link", "input", "col", "wbr"}
+VOID = {"meta", "img", "source", "br", "hr", "link", "input", "col", "wbr"}
 SVG = b"<?xml"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from haptid.support.numbers import write_interval
 from haptid.support.tables import Table, Told
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.sampler_state import tell_state
@@ -28,7 +29,7 @@ def tell_posterior(posterior: Posterior) -> Told:
     rows = []
     for p in posterior.parameters:
         low, high = p.intervals[0.95]
-        rows.append((p.id, f"{p.median:.4g}", f"{low:.4g} to {high:.4g}", p.unit, p.verdict))
+        rows.append((p.id, f"{p.median:.4g}", write_interval(low, high, 4), p.unit, p.verdict))
     known = "settled" if sample.reached else "not settled"
     return [
         f"joint {posterior.joint} ({posterior.chosen.model.words})",

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from haptid.measurement.values.run import Array
+from haptid.support.numbers import write_interval
 from haptid.uq.density.coordinates import Coordinates, prior_words
 from haptid.uq.result.arviz_door import Diagnostics, diagnose
 from haptid.uq.sampling.sampling import Sample
@@ -195,7 +196,7 @@ def _verdict(
     if limit is not None:
         return f"{id} {_place_of(limit, unit)}: with 95 % it is {limit_words(limit, unit)}."
     if low < 0 < high:
-        return f"{id} cannot be told from 0: its 95 % interval is {low:.3g} to {high:.3g}."
+        return f"{id} cannot be told from 0: its 95 % interval is {write_interval(low, high, 3)}."
     return f"{id} is known to ±{percent((high - low) / 2 / abs(median))} (95 %)."
 
 

@@ -111,7 +111,7 @@ def test_the_name_says_that_bodies_are_wanted(name, source, tmp_path):
     assert ("<robot" if name == "arm.urdf" else "<mujoco") in out.read_text()
     done = CliRunner().invoke(export, ["--from", str(source), "--out", str(out), "--kind", "native"])
     assert done.exit_code == 2
-    assert f"--kind {'urdf' if name == 'arm.urdf' else 'mjcf'}, or a name that ends in .fmu" in done.stderr
+    assert f"state --kind {'urdf' if name == 'arm.urdf' else 'mjcf'}, or choose a name that ends in .fmu" in done.stderr
 
 
 def test_bodies_are_not_written_into_a_file_that_is_named_as_an_fmu(source, tmp_path):
@@ -178,7 +178,7 @@ def test_an_fmu_of_another_name_is_refused(name: str, tmp_path):
     path.write_text(json.dumps(identification()))
     result = CliRunner().invoke(export, ["--from", str(path), "--out", str(tmp_path / name)])
     assert result.exit_code == 2
-    assert f"{name}: expected a name that ends in .fmu, got {name!r}" in result.stderr
+    assert f"{name}: expected a name that ends in .fmu, got {name!r}; call the FMU x" in result.stderr
     assert not (tmp_path / name).exists()
 
 

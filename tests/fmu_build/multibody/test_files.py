@@ -115,7 +115,7 @@ def test_a_joint_alone_has_no_bodies(tmp_path: Path):
     done = CliRunner().invoke(export, arguments)
     assert done.exit_code == 2
     assert "a device with links" in done.stderr
-    assert done.stderr.rstrip().endswith("; --kind native and a name that ends in .fmu")
+    assert done.stderr.rstrip().endswith("; export an FMU: choose a name that ends in .fmu")
 
 
 def test_links_that_are_no_bodies_are_refused():

@@ -79,3 +79,12 @@ def test_a_column_named_twice_is_no_other_joint(tmp_path: Path, separator: str, 
         InputError, match=rf"line {line}: expected each column once, got 2 columns named 'angle \(rad\)'"
     ):
         read_logged_table(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("sign", [";", "\t"])
+@pytest.mark.parametrize("rows", [0, 1, 2])
+def test_a_file_of_a_few_rows_has_too_few_whatever_separates_them(tmp_path: Path, sign: str, rows: int):
+    """One row between semicolons was refused for its semicolons, which more rows may have."""
+    (tmp_path / "a.csv").write_text("\n".join([sign.join(NAMES), *([sign.join(["0,1"] * 3)] * rows)]), encoding="utf-8")
+    with pytest.raises(InputError, match=rf"a\.csv: expected at least 8 rows, got {rows}$"):
+        read_logged_table(tmp_path / "a.csv")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -54,8 +55,10 @@ def all_kinds_of_figures():
     axis.set_xscale("log")
     axis.set_yscale("log")
     yield picture_of(logarithmic, caption="A spectrum.", alt="spectrum")
-    made = interval_figure(["inertia", "Ks"], np.array([0.3, 210.0]), [True, False])
-    yield picture_of(made, caption="Intervals.", alt="width of each interval")
+    wide, narrow = (
+        interval_figure(["inertia", "Ks"], np.array([0.3, 210.0]), [True, False], width) for width in (8.5, 4.0)
+    )
+    yield picture_of(wide, caption="Intervals.", alt="width of each interval", for_phones=narrow)
     one = SimpleNamespace(file="a.csv", use="fit", excess=np.array([0.1, -0.2]), std=np.array([0.05, 0.05]))
     yield cycles_picture([one], "joint 4")
 
@@ -160,15 +163,32 @@ def test_a_phone_scrolls_only_what_is_wide_and_its_figures_have_letters_to_read(
         "[...document.querySelectorAll('.u-legend')].map((one) => parseFloat(getComputedStyle(one).fontSize))"
     )
     assert min(sizes) >= 11
-    # A still picture is seen whole; where the reader touches it, its letters have their size, and it scrolls.
-    still = shown.locator(".still:visible").first
-    assert still.locator("img").bounding_box()["width"] <= 390
-    still.focus()
-    assert still.locator("img").bounding_box()["width"] >= 700
     # What scrolls has a shadow at its edge, and a value stands on one line with its error.
     for what in (".still:visible", ".scroll:visible"):
         style = shown.locator(what).first.evaluate("one => getComputedStyle(one).backgroundAttachment")
         assert style == "local, local, scroll, scroll"
+
+
+@pytest.mark.parametrize("scripts", [True, False])
+def test_letters_of_still_pictures_have_ten_pixels_on_a_phone(visit, path, scripts):
+    """Pictures of the width of a screen were shrunk, and their letters had 4 pixels."""
+    shown = visit(path, 390, scripts=scripts)
+    pictures = shown.locator(".still:visible img").all()
+    assert len(pictures) == (2 if scripts else 5)
+    for image in pictures:
+        drawn = base64.b64decode(image.evaluate("one => one.currentSrc").partition(",")[2]).decode()
+        points = float(re.search(r'<svg[^>]* width="([0-9.]+)pt"', drawn)[1])
+        letters = min(float(size) for size in re.findall(r"font-size: ([0-9.]+)px", drawn))
+        assert letters * image.bounding_box()["width"] / points >= 9.99
+
+
+def test_a_figure_drawn_for_phones_is_shown_whole_there_and_nowhere_else(visit, path):
+    widths = {}
+    for width in WIDTHS:
+        still = visit(path, width).locator(".still:visible:has(source)").first
+        widths[width] = still.evaluate("one => one.querySelector('img').naturalWidth")
+        assert still.evaluate("one => one.scrollWidth - one.clientWidth") <= 0
+    assert widths[390] < widths[1280]
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import json
 
 import numpy as np
 import pytest
@@ -110,6 +111,30 @@ def test_a_stored_page_with_a_word_that_nobody_knows_is_one_line(tmp_path):
     stored = gzip.decompress(content_of(path).read_bytes()).replace(b"fit-lonely", b"fit-nobody")
     content_of(path).write_bytes(gzip.compress(stored))
     with pytest.raises(InputError, match="fit-nobody"):
+        read_page(path)
+
+
+@pytest.mark.parametrize(("small", "pixels"), [(True, 0), (False, 704)])
+def test_a_page_stored_without_widths_of_its_pictures_is_read(tmp_path, small, pixels):
+    picture = picture_of(figure(), caption="c", alt="a")
+    page = Page(title="t", lead="l", sections=[Section(title="s", pictures=[picture])], synthetic=None)
+    path = write_page(tmp_path / "report.html", page)
+    stored = json.loads(gzip.decompress(content_of(path).read_bytes()))
+    (old,) = stored["sections"][0]["pictures"]
+    del old["uri_for_phones"], old["readable_width"]
+    old["small"] = small
+    content_of(path).write_bytes(gzip.compress(json.dumps(stored).encode()))
+    assert read_page(path).sections[0].pictures[0].readable_width == pixels
+
+
+def test_a_picture_for_phones_that_is_not_part_of_the_page_is_refused(tmp_path):
+    picture = picture_of(figure(), caption="c", alt="a", for_phones=figure(4.0))
+    page = Page(title="t", lead="l", sections=[Section(title="s", pictures=[picture])], synthetic=None)
+    path = write_page(tmp_path / "report.html", page)
+    stored = json.loads(gzip.decompress(content_of(path).read_bytes()))
+    stored["sections"][0]["pictures"][0]["uri_for_phones"] = "https://example.org/a.svg"
+    content_of(path).write_bytes(gzip.compress(json.dumps(stored).encode()))
+    with pytest.raises(InputError, match="not part of the page"):
         read_page(path)
 
 

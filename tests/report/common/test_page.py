@@ -87,8 +87,11 @@ def test_rounded_numbers_keep_a_tenth_of_the_error():
     assert round_to_error(1.0, math.inf) == "1"
 
 
-@pytest.mark.parametrize(("inches", "small"), [(5.6, True), (8.5, False)])
-def test_a_small_picture_is_shrunk_to_a_phone_and_a_wide_one_scrolls(inches, small):
-    picture = picture_of(figure(inches, 2.0), caption="c", alt="a")
+@pytest.mark.parametrize(("inches", "pixels"), [(4.0, 320), (9.0, 720)])
+def test_a_picture_says_at_which_width_its_smallest_letters_can_be_read(inches, pixels):
+    made = figure(inches, 2.0)
+    made.subplots().set_title("letters of 9 pt beside numbers of 9 pt", fontsize=9)
+    picture = picture_of(made, caption="c", alt="a")
     shown = Page(title="t", lead="l", synthetic=None, sections=[Section(title="s", pictures=[picture])]).html
-    assert ('class="still small"' in shown) is small
+    assert f"--readable:{pixels}px" in shown
+    assert "<source" not in shown

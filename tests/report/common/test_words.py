@@ -13,7 +13,8 @@ from haptid.discrepancy.verdict.verdict import Verdict
 from haptid.identification.result.outcome import Outcome
 from haptid.report.common.page import Cell, Page, Section, Table, word_cell
 from haptid.report.common.stored_page import read_page, write_page
-from haptid.report.common.words import FITS, PLAIN_WORDS, STATUSES, VERDICTS, WORDS
+from haptid.report.common.words import FITS, MORE_WORDS, PLAIN_WORDS, STATUSES, VERDICTS, WORDS
+from haptid.support.installing.environment import ROOT
 from tests.report.reading import seen
 
 REFERENCE = Path(outcomes.PAGE)
@@ -48,6 +49,10 @@ def test_the_reference_is_made_from_the_words():
     assert page == outcomes.with_tables(page), "run python -m docs.generate"
 
 
+def text_of_title(page: Path) -> str:
+    return page.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
+
+
 def page_with(*words: tuple[str, str]) -> Page:
     table = Table(header=["what"], rows=[[word_cell(*word)] for word in words])
     return Page(title="t", lead="l", sections=[Section(title="s", tables=[table])], synthetic=None)
@@ -57,7 +62,9 @@ def test_a_word_of_a_page_links_to_its_meaning_in_the_page():
     shown = seen(page_with(("fit", "above_noise"), ("status", "prior"), ("fit", "above_noise")).html)
     assert {"#word-fit-above_noise", "#word-status-prior"} <= set(shown.links)
     assert shown.text.count(WORDS["fit-above_noise"].meaning) == 1
-    assert WORDS["fit-above_noise"].action in shown.text
+    assert f"{WORDS['fit-above_noise'].meaning} What to do: {WORDS['fit-above_noise'].action}" in shown.text
+    assert MORE_WORDS in shown.paragraphs
+    assert all(place in MORE_WORDS for place in (str(REFERENCE.relative_to(ROOT)), text_of_title(REFERENCE)))
     assert WORDS["fit-converged"].meaning not in shown.text
 
 

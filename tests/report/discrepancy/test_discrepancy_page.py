@@ -288,6 +288,19 @@ def test_the_model_taken_is_marked_though_it_was_judged_again():
     assert table.rows[1] == ["cogging + backlash", "300", "160", "yes", "yes"]
 
 
+def test_trials_of_one_model_whose_values_are_arrays_are_told_apart():
+    """A search whose end was judged again ended with "the truth value of an array" in place of a page."""
+
+    def with_arrays(one: Trial) -> Trial:
+        return replace(
+            one, candidate=replace(one.candidate, prediction=replace(one.candidate.prediction, rms=np.ones(2)))
+        )
+
+    trials = (with_arrays(COGGING), PLAIN)
+    page = page_of(replace(FINDING, search=replace(SEARCH, trials=trials, best=with_arrays(COGGING))))
+    assert page.table("What was tried").column("taken") == ["yes", ""]
+
+
 def test_the_friction_law_of_the_trials_is_named_where_it_is_not_the_one_asked_for():
     study = SimpleNamespace(**vars(SEARCH.study), base=SimpleNamespace(friction=("coulomb",)))
     page = page_of(replace(FINDING, search=replace(SEARCH, study=study, asked=PLAIN)))

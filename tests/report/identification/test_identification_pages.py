@@ -30,11 +30,14 @@ from haptid.model.equations.quantity import Normal
 from haptid.report.calibration.page import calibration_page
 from haptid.report.common.page import Page
 from haptid.report.common.words import word_of
+from haptid.report.identification import configuration_sections as configuration_sections_module
 from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
+from haptid.report.identification.drawings import Drawings
 from haptid.report.identification.friction_figures import friction_figure
 from haptid.report.identification.glance import glance_table
 from haptid.report.identification.page import Beside, identification_page
 from haptid.report.identification.parameter_figures import half_widths, interval_figure
+from haptid.support.listener import Listener
 from haptid.support.numbers import plain
 from haptid.support.tables import text_of
 from tests.report.known import STIFFNESS, T, known_equations, known_run
@@ -185,6 +188,15 @@ def test_the_lead_agrees_with_the_outcome(outcome, said):
     assert seen.paragraphs[0] == said
 
 
+def test_the_lead_does_not_tell_structure_as_noise():
+    scores = (SCORES[0], replace(SCORES[1], over_noise=1.12, rows=2500, correlation_time=7.0))
+    step = replace(STEP, fit=FIT.but(outcome=Outcome.CONVERGED, runs=scores))
+    seen = render(whole_page, "A joint", (step,), [[]], (None,), {**DATA, "links": {}}, Verification(runs=()))
+    assert seen.paragraphs[0] == "What is left is little more than the noise, but not white: joint 4 (1.12 × noise)."
+    (outcome,) = [text for text in seen.paragraphs if "not white: haptid missing" in text]
+    assert outcome.startswith("Outcome: converged")
+
+
 @pytest.mark.parametrize(
     ("posture", "combinations", "said"),
     [
@@ -257,6 +269,25 @@ def test_a_later_posture_is_drawn_in_full_where_it_leaves_more_than_noise(number
         assert (f"{name}, {drawn}" in alts) == again
     assert (NOT_DRAWN_AGAIN in diagnosis.paragraphs) != again
     assert diagnosis.tables
+
+
+def test_a_single_joint_s_report_moves_while_it_is_drawn(monkeypatch):
+    """The bar of the report stood at 0 % for several seconds."""
+    traces = [trace(one) for one in STEP.fit.runs]
+    monkeypatch.setattr(configuration_sections_module, "traces_of", lambda *_: traces)
+    monkeypatch.setattr(configuration_sections_module, "predict_unseen", lambda _: PREDICTION)
+    told: list[tuple[str, float, int | None, str]] = []
+    listener = Listener(progress=lambda title, done, total, part="": told.append((title, done, total, part)))
+    with Drawings() as drawings:
+        (sections,) = drawings.sections([STEP], lambda _: None, listener)
+    assert [one.title for one in sections] == [one.title for one in configuration_sections(STEP, traces, PREDICTION)]
+    titles, done, totals, parts = zip(*told, strict=True)
+    assert set(titles) == {"report: joint 4"}
+    assert set(totals) == {1}
+    assert list(done[1:]) == sorted(set(done))
+    assert len(done) > 5
+    assert max(done) < 1
+    assert parts[1:3] == ("simulating the runs", "predicting an unseen run")
 
 
 def test_the_overview_has_fit_and_validation(page):
@@ -550,7 +581,7 @@ def test_links_and_agreements_have_their_values_and_errors(page):
 
 
 def test_the_pictures_draw_runs_models_and_joints(page):
-    runs, correlation, intervals, plain, *_, whole = page.figures
+    runs, correlation, intervals, intervals_for_phones, plain, *_, whole = page.figures
     above, other, below, _ = runs.axes
     assert above.get_title() == "a.csv\nfit: RMS = 1.01 × noise"
     assert other.get_title() == "b.csv\nvalidate: RMS = 1.03 × noise"
@@ -566,7 +597,9 @@ def test_the_pictures_draw_runs_models_and_joints(page):
     assert [heights(line)[0] for line in position_left.lines] == [-0.2, -0.4]
     assert [line.get_label() for line in correlation.axes[0].lines[:2]] == ["a.csv (fit)", "b.csv (validate)"]
     assert [text.get_text() for text in intervals.axes[0].texts] == ["± 5.1 %", "± 7.8 %"]
-    assert [label.get_text() for label in intervals.axes[0].get_yticklabels()] == ["inertia", "Ks"]
+    for one in (intervals, intervals_for_phones):
+        assert [label.get_text() for label in one.axes[0].get_yticklabels()] == ["inertia", "Ks"]
+    assert intervals_for_phones.get_figwidth() == 4.0
     first, second, left_of_first, left_of_second = whole.axes
     assert [axis.get_title() for axis in (first, second)] == ["joint 2: RMS = 0.0024 rad", "joint 4: RMS = 0.0078 rad"]
     assert [heights(line)[0] for line in second.lines] == [0.5, 0.7]

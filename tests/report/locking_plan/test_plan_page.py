@@ -122,3 +122,12 @@ def test_the_text_has_the_same_numbers():
     cells = [line.split() for line in lines]
     assert ["0+1", "3", "1", "14", "8", "11", "6"] in cells
     assert ["1", "inertia", "0.000123", "4.3e-06", "1.7e-06", "kg", "m²"] in cells
+
+
+def test_a_plan_without_postures_has_a_sentence_in_place_of_an_empty_table():
+    alone = {**PLAN, "postures": {**PLAN["postures"], "tests": []}}
+    told, shown = text_of(tell_plan(alone)), seen(plan_page(alone).html)
+    assert told.endswith("No lock postures beyond home are proposed.")
+    assert "locked at [" not in told
+    assert "No lock postures beyond home are proposed." in shown.paragraphs
+    assert "Proposed postures" not in [table.section for table in shown.tables]

@@ -10,7 +10,7 @@ import pytest
 
 from haptid.report.posterior.foreign_page import foreign_posterior_page
 from haptid.report.posterior.page import posterior_page
-from haptid.support.tables import text_of
+from haptid.support.tables import Table, text_of
 from haptid.uq.foreign.infer import Band, ForeignPosterior
 from haptid.uq.job.summary import tell_posterior
 from haptid.uq.prediction.choice import Scored
@@ -240,6 +240,14 @@ def test_terminal_and_files_say_the_same_word_of_the_chains_at_the_head():
         "  what follows holds within this model, not for the joint:",
         "  Verdict on inertia.",
     ]
+
+
+def test_ends_of_a_narrow_interval_are_told_apart():
+    """Both ends read 0.36."""
+    first = POSTERIOR.parameters[0]
+    narrow = replace(first, intervals=first.intervals | {0.95: (0.359998, 0.360002)})
+    (told,) = [part for part in tell_posterior(replace(POSTERIOR, parameters=(narrow,))) if isinstance(part, Table)]
+    assert told.rows[0][2] == "0.359998 to 0.360002"
 
 
 def test_a_parameter_at_a_bound_has_a_limit_in_place_of_a_width():
