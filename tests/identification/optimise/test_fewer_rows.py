@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from haptid.identification.fit.minima import find_minima
 from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.fewer_rows import merge_problem, with_fewer_rows
-from haptid.identification.optimise.homotopy import descend, is_far
+from haptid.identification.optimise.homotopy import descend, is_far, polish
+from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
@@ -81,15 +83,23 @@ def test_few_rows_and_torques_between_merged_rows_stay_as_they_are():
     assert with_fewer_rows(p, p.unknowns_at(theta), 0.0) is p
 
 
-@pytest.mark.parametrize("ripple", [0.0, 0.03])
-def test_the_minimum_is_that_of_all_rows(ripple: float, monkeypatch: pytest.MonkeyPatch):
-    runs = recorded(ripple=ripple)
-    found = fit(KernelSimulator.of(model(inertia=3e-3, Fc=0.01)), runs, options=OPTIONS)
+def test_at_the_noise_the_minimum_is_that_of_all_rows(monkeypatch: pytest.MonkeyPatch):
+    alone = OPTIONS.but(starts=1)
+    found = fit(KernelSimulator.of(model()), recorded(), options=alone)
     monkeypatch.setattr("haptid.identification.optimise.homotopy.with_fewer_rows", lambda problem, *_: problem)
-    whole = fit(KernelSimulator.of(model(inertia=3e-3, Fc=0.01)), runs, options=OPTIONS)
+    whole = fit(KernelSimulator.of(model()), recorded(), options=alone)
     assert found.cost == pytest.approx(whole.cost, rel=1e-5)
     at = [found.index(id) for id in ("inertia", "Ks", "sigma2")]
     assert np.all(np.abs(found.theta - whole.theta)[at] < 0.05 * whole.std[at])
+
+
+def test_far_above_the_noise_the_best_start_ends_in_a_minimum_of_all_rows():
+    p = Problem.of(KernelSimulator.of(model()), recorded(ripple=0.01), OPTIONS)
+    best = find_minima(p, Here()).best
+    assert is_far(p, best)
+    again = polish(p, best)
+    assert again.cost > best.cost * (1.0 - 1e-3)
+    assert np.sum(p.blocks(best.x, 0.0, jacobian=False).residual ** 2) == pytest.approx(best.cost)
 
 
 def test_far_above_the_noise_a_start_ends_on_fewer_rows_with_the_cost_of_all():
