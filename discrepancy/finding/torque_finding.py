@@ -227,7 +227,22 @@ class TorqueFinding:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:
             told.append(f"{plain(self.floor, 3)} {unit} do not repeat")
-        return "; ".join(told) + "." + self._delay_sentence + self._loop_sentence
+        return "; ".join(told) + "." + self._friction_sentence + self._delay_sentence + self._loop_sentence
+
+    @property
+    def _friction_sentence(self) -> str:
+        """Sentence on friction that differs from run to run; empty where it does not."""
+        told = self.search.study.friction_by_run
+        if told is None:
+            return ""
+        low, high = (choose(told.levels, key=lambda file: told.levels[file]) for choose in (min, max))
+        unit = unit_for("N m", [self.search.study.prismatic])
+        return (
+            f" Friction differs from run to run, from {plain(told.levels[low], 3)} ({low}) to "
+            f"{plain(told.levels[high], 3)} ({high}) times the model's: with it the error on held-out rows was "
+            f"{plain(told.before, 3)} {unit}, without it {plain(told.after, 3)} {unit}. The joint warms up, or its "
+            "load is changed: record runs at one temperature, or the temperature beside them."
+        )
 
     @property
     def _delay_sentence(self) -> str:

@@ -40,6 +40,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "seed": seed,
         "scored": "torque",
         "torque_delay_s": found.study.delay,
+        "friction_by_run": None if found.study.friction_by_run is None else dict(found.study.friction_by_run.levels),
         "verdict": finding.verdict,
         "sentence": finding.sentence,
         "effects": [effect_json(finding, e) for e in found.final.effects],

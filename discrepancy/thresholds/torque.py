@@ -65,6 +65,20 @@ class TorqueThresholds:
     [1]: less is not worth more than a bare mention (Kass and Raftery 1995)."""
     stretch_in_correlation_lengths: float = 5.0
     """Length of a stretch whose energy counts as one fact, in correlation lengths of the residual."""
+    least_runs_of_run_friction: int = 3
+    """Number of runs [1] from which friction may differ from run to run: of two, each has its own half of anything."""
+    largest_rms_with_run_friction: float = 0.9
+    """RMS left with friction of each run over the one without, on fitted and on held-out rows, and over that of the
+    better black box, up to which it is taken out [1]: a fifth of the energy goes by one number a run. On a gear that
+    warmed up it was 0.34."""
+    degree_of_speed_curve: int = 3
+    """Degree of the curve of friction over speed that is held against it [1]."""
+    part_that_gives_friction: float = 1.0 / 3.0
+    """Part of a held-out run that gives the level of its friction [1]; it is scored no more."""
+    rows_of_starting_bristle: int = 20
+    """Rows at the beginning of a run that tell nothing of its friction: bristles there settle from rest."""
+    passes_of_run_friction: int = 2
+    """Number of times that levels and model are fitted in turn."""
     least_stretches: int = 16
     """Fewest stretches that are predicted from the others, even where they get shorter by that."""
     least_gain_in_standard_errors: float = 1.0

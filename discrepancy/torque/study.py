@@ -41,6 +41,23 @@ from haptid.model.thresholds import THRESHOLDS as KERNELS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RunFriction:
+    """Friction that differs from run to run, and was taken out of the runs (`discrepancy.torque.run_friction`).
+
+    Parameters
+    ----------
+    levels
+        Friction of each run over that of the model [1], by file.
+    before, after
+        RMS of the nominal model's residual on held-out rows before and after [N m].
+    """
+
+    levels: Mapping[str, float]
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueStudy:
     """One joint whose torque is scored: its runs, its held-out rows and its nominal model.
 
@@ -76,6 +93,8 @@ class TorqueStudy:
         Ids of the parameters that the user stated, whose ranges stay as they are.
     threads
         Number of threads that fit and scan side by side; the results do not depend on it.
+    friction_by_run
+        What the friction of the runs differed by, which ``runs`` have no more; None where it was not taken out.
     """
 
     joint: int
@@ -92,6 +111,7 @@ class TorqueStudy:
     delay: float = 0.0
     stated: tuple[str, ...] = ()
     threads: int = 1
+    friction_by_run: RunFriction | None = None
 
     @property
     def moving(self) -> tuple[Mask, ...]:

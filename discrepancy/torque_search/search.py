@@ -1,6 +1,6 @@
 """Search for missing effects in a joint whose torque is scored: `TorqueStudy` in, `TorqueSearch` out.
 
-1. Fit the nominal model.
+1. Fit the nominal model, and take out what friction differs by from run to run (`torque.run_friction`).
 2. Scan the catalogue, and refit the most promising effects.
 3. Add the best effect that fits and predicts better, and is no lag that takes the inertia's place (`rigid_body`);
    repeat from step 2 until none does.
@@ -22,6 +22,7 @@ from haptid.discrepancy.resonance.resonances import find_resonances
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
 from haptid.discrepancy.torque.readable import delays_torque
+from haptid.discrepancy.torque.run_friction import even_out_friction
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
 from haptid.discrepancy.torque_search.certain import compute_stability, find_doubted
@@ -120,6 +121,9 @@ def search_torque(
     """
     tell("nominal fit")
     base = fit_nominal(study, starts=starts, seed=seed)
+    if (evened := even_out_friction(base)) is not None:
+        tell("friction of each run")
+        base = evened
     study = base.study
     scales = study.scales(base.values)
     known = {key: effect.at(scales) for key, effect in catalogue.items()}

@@ -12,6 +12,7 @@ from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.finding.soundness import Soundness
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.job.summary import tell_finding
+from haptid.discrepancy.torque.study import RunFriction
 from haptid.support.tables import Table
 
 BEFORE = 50e-3
@@ -88,7 +89,7 @@ def test_names_stand_alone_only_where_none_is_doubted(doubted: tuple[str, ...], 
     found.search.final.effects = tuple(
         SimpleNamespace(key=key, id=key, title=f"title of {key}") for key in ("one", "two")
     )
-    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0, friction_by_run=None)
     found = replace(found, doubted=frozenset(doubted))
     assert found.verdict == verdict
     told = {
@@ -115,7 +116,7 @@ def test_what_doubts_a_name_is_told(movers: set[str], worsening: set[str], told:
     """A lag that an axis had not took the place of its inertia, and was told as certain."""
     found = finding_that_leaves(5e-3, floor=19e-3, black_box=10e-3)
     found.search.final.effects = tuple(SimpleNamespace(key=key, id=key, title=key) for key in ("one", "two"))
-    found.search.study = SimpleNamespace(prismatic=True, delay=0.0)
+    found.search.study = SimpleNamespace(prismatic=True, delay=0.0, friction_by_run=None)
     soundness = Soundness(
         inertia=(24.0, 0.73), free=(32.9e-3, 43.5e-3), movers=frozenset(movers), worsening=frozenset(worsening)
     )
@@ -135,7 +136,7 @@ def test_a_model_that_simulates_far_worse_than_the_identified_one_is_told(known:
     """A lag that a geared joint with backlash had not: 55 mrad in free simulation, the identified model 12."""
     found = finding_that_leaves(5e-3, floor=1e-3, black_box=4e-3)
     found.search.final.effects = (SimpleNamespace(key="one", id="one", title="one"),)
-    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0, friction_by_run=None)
     soundness = Soundness(inertia=(0.4, 0.41), free=(50e-3, 55e-3), known_free=known)
     found = replace(found, soundness=soundness)
     assert soundness.is_outdone is outdone
@@ -158,14 +159,26 @@ def test_an_error_that_no_name_makes_smaller_is_told_once(names: int, told: str)
     """A sentence said that an error "falls from 0.0102 to 0.0102"."""
     found = finding_that_leaves(BEFORE, floor=19e-3, black_box=49e-3, names=names)
     found.search.final.effects = (SimpleNamespace(key="one", id="one", title="one"),) * names
-    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0, friction_by_run=None)
     assert told in found.sentence
 
 
 def test_the_terminal_tells_an_error_without_names_once():
     found = finding_that_leaves(BEFORE, floor=19e-3, black_box=None, names=0)
-    found.search.study = SimpleNamespace(prismatic=False, delay=0.0)
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0, friction_by_run=None)
     table = tell_finding(found, "joint 0", found.verdict)[1]
     assert isinstance(table, Table)
     assert table.rows == [("held-out torque", "0.05", "0.0001")]
     assert table.plain == "  held-out torque: RMS 0.05 N m, white noise 0.0001"
+
+
+def test_friction_that_differs_from_run_to_run_is_told_with_its_ends():
+    found = finding_that_leaves(20e-3, floor=19e-3, black_box=30e-3)
+    found.search.final.effects = (SimpleNamespace(key="one", id="one", title="one"),)
+    levels = {"cold.csv": 1.1234, "middle.csv": 1.01, "warm.csv": 0.8912}
+    told = RunFriction(levels=levels, before=180e-3, after=62e-3)
+    found.search.study = SimpleNamespace(prismatic=False, delay=0.0, friction_by_run=told)
+    assert (
+        "Friction differs from run to run, from 0.891 (warm.csv) to 1.12 (cold.csv) times the model's: with it the "
+        "error on held-out rows was 0.18 N m, without it 0.062 N m." in found.sentence
+    )

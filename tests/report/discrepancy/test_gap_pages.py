@@ -31,7 +31,7 @@ EFFECT = SimpleNamespace(
 )
 INERTIA = Quantity(id="inertia", unit="kg m^2", description="inertia", initial=0.02)
 STUDY = SimpleNamespace(
-    delay=0.0, base=SimpleNamespace(parameters=(INERTIA, WAVES)),
+    delay=0.0, friction_by_run=None, base=SimpleNamespace(parameters=(INERTIA, WAVES)),
     joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
     moving=(np.array([True, True, True, True]),),
     fitted_rows=(np.array([True, False, False, True]),), unseen_rows=(np.array([False, True, True, False]),),
