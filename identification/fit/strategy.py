@@ -59,7 +59,9 @@ class Strategy:
 OPEN_LOOP = Strategy(kind="open_loop", reason="simulated freely from the recorded torque")
 
 
-def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = None) -> Strategy:
+def choose(
+    run: Run, simulator: Simulator | None = None, theta: Array | None = None, *, gain: float | None = None
+) -> Strategy:
     """Choose the strategy that one run allows.
 
     Parameters
@@ -69,23 +71,25 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
     simulator, theta
         Simulator and parameters (n_p,) that the growth of an error is computed with; without them only position control
         is judged.
+    gain
+        Gain of an observer, where one is needed [1/s]; that of this run where None.
 
     Returns
     -------
     Strategy
     """
+    gain = observer_gain(run) if gain is None else gain
     # Position control comes first: under it a free simulation drifts, however slowly errors grow.
     signs = {j: position_control(run, k) for k, j in enumerate(run.free_joints)}
     signs = {j: sign for j, sign in signs.items() if sign}
     if signs:
         told = "; ".join(f"joint {j}: {sign}" for j, sign in signs.items())
-        return _choose_under_control(run, f"{run.file} was recorded under position control ({told})")
+        return _choose_under_control(run, gain, f"{run.file} was recorded under position control ({told})")
     if simulator is None or theta is None:
         return OPEN_LOOP
     factor = growth(simulator, theta, run)
     if factor <= THRESHOLDS.largest_growth_of_start_error:
         return OPEN_LOOP
-    gain = observer_gain(run)
     reason = (
         f"an error of the start grows {plain(factor)}-fold during {run.file}: "
         f"simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
@@ -93,8 +97,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
     return Strategy(kind="observer", reason=reason, gain=gain)
 
 
-def _choose_under_control(run: Run, why: str) -> Strategy:
-    gain = observer_gain(run)
+def _choose_under_control(run: Run, gain: float, why: str) -> Strategy:
     if len(run.free_joints) == 1 and is_steady_sweep(run, 0):
         reason = f"{why}: the measured motion goes in and the torque is scored"
         return Strategy(kind="torque", reason=reason, gain=gain)
@@ -134,14 +137,17 @@ def choose_for(runs: Sequence[Run], simulator: Simulator | None = None, theta: A
     Returns
     -------
     Strategy
-        ``torque`` where one run needs it, else ``observer`` where one run needs it, else ``open_loop``; of several the
-        one with the largest gain.
+        ``torque`` where one run needs it, else ``observer`` where one run needs it, else ``open_loop``. One observer is
+        for all runs, so that its gain is that of the run whose motion is fastest, whichever run needs it: near the
+        limit of growth a small change of the estimates decides which does.
     """
-    chosen = [choose(run, simulator, theta) for run in runs if run.use == "fit"]
+    fitted = [run for run in runs if run.use == "fit"]
+    gain = max((observer_gain(run) for run in fitted), default=0.0)
+    chosen = [choose(run, simulator, theta, gain=gain) for run in fitted]
     for kind in ("torque", "observer"):
         of_kind = [one for one in chosen if one.kind == kind]
         if of_kind:
-            return max(of_kind, key=lambda one: one.gain)
+            return of_kind[0]
     return OPEN_LOOP
 
 

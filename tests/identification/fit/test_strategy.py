@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from haptid.identification.fit import strategy
 from haptid.identification.fit.strategy import choose, choose_for, first_guess, fit_simulated, free_simulation
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.simulators.error_growth import growth
@@ -94,6 +95,21 @@ def test_small_swings_are_simulated_freely_and_wild_ones_through_an_observer() -
     assert "a.csv" in wild.reason
 
 
+def test_one_observer_for_all_runs_forgets_faster_than_the_fastest_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which run's error grew beyond the limit hung on the last digit of the estimates, and with it the gain."""
+    simulator = KernelSimulator.of(pendulum())
+    gains = {"slow.csv": 10.0, "fast.csv": 30.0}
+    monkeypatch.setattr(strategy, "observer_gain", lambda run: gains[run.file])
+    runs = [swung(0.5, 2).but(file=file) for file in gains]
+    theta = first_guess(simulator)
+    for growing in gains:
+        monkeypatch.setattr(strategy, "growth", lambda _s, _t, run, growing=growing: 1e4 * (run.file == growing))
+        chosen = choose_for(runs, simulator, theta)
+        assert chosen.kind == "observer"
+        assert growing in chosen.reason
+        assert chosen.gain == 30.0
+
+
 def test_observed_never_falls_below_its_gain() -> None:
     simulator, run = KernelSimulator.of(pendulum(inertia=0.03)), swung(0.05, 1)
     theta = first_guess(simulator)
@@ -146,9 +162,9 @@ def test_embedded_campaign_is_simulated_freely_but_for_the_controlled_runs() -> 
 
 @pytest.mark.real("dvrk_mtm_joint4")
 def test_real_sweep_has_its_torque_scored() -> None:
-    strategy = choose_for(read_campaign(DATA / "dvrk_mtm_joint4").runs)
-    assert strategy.kind == "torque"
-    assert "constant speed" in strategy.reason
+    chosen = choose_for(read_campaign(DATA / "dvrk_mtm_joint4").runs)
+    assert chosen.kind == "torque"
+    assert "constant speed" in chosen.reason
 
 
 @pytest.mark.real("dfki_double_pendulum_a0")
