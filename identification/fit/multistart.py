@@ -20,17 +20,19 @@ from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit, RunScore
-from haptid.identification.result.outcome import Outcome, outcome_of, outcome_of_starts, with_cause
+from haptid.identification.result.outcome import Outcome, is_like_fitted, outcome_of, outcome_of_starts, with_cause
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
 from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import residual_over_motion, score, score_of
+from haptid.identification.statistics.unseen import rms_beyond_left_open
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.quantity import Quantity
 from haptid.support.linear_algebra import profile_out
+from haptid.support.numbers import plain
 from haptid.support.processes.threads import single_threaded
 
 
@@ -84,20 +86,49 @@ def _result(problem: Problem, runs: tuple[Run, ...], minima: Minima, begun: floa
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     scores = _scores(problem, theta, runs, x0, fitted)
     found = fit_at(problem, minima, bent, scores, felt_sizes(problem.parametrisation, problem.runs))
+    if found.outcome is Outcome.UNSEEN:
+        found = _beyond_left_open(problem, runs, found)
     excited, scaled = _excitation_of(problem)
     over_motion = residual_over_motion(problem.runs, scores)
     return found.but(
         outcome=with_cause(found.outcome, over_motion=over_motion, excited=excited, scaled=scaled),
         wall_s=time.perf_counter() - begun,
-        warnings=excitation_warnings(
-            found.equations,
-            theta,
-            [(run.t, fitted[run.file]) for run in problem.runs],
-            [id for id, status in found.statuses.items() if status == "identified"],
+        warnings=(
+            *found.warnings,
+            *excitation_warnings(
+                found.equations,
+                theta,
+                [(run.t, fitted[run.file]) for run in problem.runs],
+                [id for id, status in found.statuses.items() if status == "identified"],
+            ),
         ),
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
         profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
     )
+
+
+def _beyond_left_open(problem: Problem, runs: Sequence[Run], found: Fit) -> Fit:
+    """Judge the unseen runs by what neither their initial state nor the spread of the parameters explains."""
+    by_file = {run.file: run for run in runs if run.use == "validate"}
+
+    def ask(score: RunScore) -> RunScore:
+        if score.use != "validate":
+            return score
+        beyond = rms_beyond_left_open(problem.simulator, found, by_file[score.file], score)
+        return replace(score, beyond_open=beyond)
+
+    scores = tuple(ask(score) for score in found.runs)
+    unseen = max(score.unexplained for score in scores if score.use == "validate")
+    if not is_like_fitted(unseen, problem.options.tolerance):
+        return found
+    told = [
+        f"{score.file}: {plain(score.over_noise, 3)} times the noise, which its initial state (told by its first rows) "
+        f"and the spread of the parameters explain but for {plain(score.unexplained, 3)}"
+        for score in scores
+        if score.use == "validate" and not is_like_fitted(score.over_noise, problem.options.tolerance)
+    ]
+    outcome = outcome_of_starts(len(found.basins[0].starts), quiet=True)
+    return found.but(runs=scores, outcome=outcome, warnings=(*found.warnings, *told))
 
 
 def fit_at(problem: Problem, minima: Minima, bent: Curvature | None, scores: Sequence[RunScore], felt: Array) -> Fit:

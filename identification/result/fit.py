@@ -55,6 +55,9 @@ class RunScore:
         Number of readings of the scored rows, over all joints.
     correlation_time
         Integrated autocorrelation time of the residual over the noise [rows]; None where it is not known.
+    beyond_open
+        RMS over the noise that neither the initial state, which the first rows of an unseen run tell, nor the spread of
+        the parameters explains; None where it was not asked.
     """
 
     file: str
@@ -65,6 +68,12 @@ class RunScore:
     x0: Array
     rows: int = 0
     correlation_time: float | None = None
+    beyond_open: float | None = None
+
+    @property
+    def unexplained(self) -> float:
+        """RMS over the noise that counts against the model."""
+        return self.over_noise if self.beyond_open is None else self.beyond_open
 
     @property
     def is_correlated(self) -> bool:

@@ -131,10 +131,27 @@ def outcome_of(
     if rows < THRESHOLDS.least_rows_per_parameter * parameters:
         return Outcome.TOO_FEW_ROWS
     quiet = rms_over_noise <= tolerance
-    # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
-    if quiet and not unseen <= THRESHOLDS.largest_unseen_residual_over_tolerance * tolerance:
+    if quiet and not is_like_fitted(unseen, tolerance):
         return Outcome.UNSEEN
     return outcome_of_starts(reached, quiet=quiet)
+
+
+def is_like_fitted(unseen: float, tolerance: float) -> bool:
+    """Say whether an unseen run is simulated nearly as well as the fitted ones of a fit at the noise.
+
+    Parameters
+    ----------
+    unseen
+        RMS of its residual over the noise.
+    tolerance
+        RMS of the residual over the noise up to which the residual counts as noise.
+
+    Returns
+    -------
+    bool
+        False for a NaN of a simulation that is not finite.
+    """
+    return unseen <= THRESHOLDS.largest_unseen_residual_over_tolerance * tolerance
 
 
 def outcome_of_starts(reached: int, *, quiet: bool) -> Outcome:

@@ -35,9 +35,8 @@ def tell_outcome(step: Step) -> str:
     outcome = step.fit.outcome
     structured = structured_run(step)
     if structured is not None:
-        over = (
-            f"{structured.file} leaves {plain(structured.over_noise, 3)} times the noise, and what is left is not white"
-        )
+        left = plain(structured.unexplained, 3)
+        over = f"{structured.file} leaves {left} times the noise, and what is left is not white"
         return LITTLE_MORE_THAN_NOISE[outcome].format(over)
     if outcome not in MODEL_DOES_NOT_FIT or not seems_held_by_mistake(step):
         return LONELY_NEAR_THE_DATA if outcome is Outcome.LONELY and follows_motion(step) else outcome.value
@@ -63,8 +62,8 @@ def structured_run(step: Step) -> RunScore | None:
     if step.fit.outcome not in LITTLE_MORE_THAN_NOISE:
         return None
     unseen = [score for score in step.fit.runs if score.use == "validate"]
-    worst = max(unseen or step.fit.runs, key=lambda score: score.over_noise, default=None)
-    if worst is None or worst.over_noise <= THRESHOLDS.largest_residual_as_noise or not worst.is_correlated:
+    worst = max(unseen or step.fit.runs, key=lambda score: score.unexplained, default=None)
+    if worst is None or worst.unexplained <= THRESHOLDS.largest_residual_as_noise or not worst.is_correlated:
         return None
     return worst
 

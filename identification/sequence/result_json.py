@@ -197,6 +197,7 @@ def _run_json(score: RunScore, step: Step) -> dict[str, Any]:
         "initial_state": score.x0.tolist(),
         "rows": score.rows,
         "residual_correlation_rows": score.correlation_time,
+        "rmse_over_noise_beyond_open": score.beyond_open,
         "figures": None if step.compared is None else step.compared.as_json(score.file, score.use),
     }
     if step.torque_scored:
@@ -340,4 +341,5 @@ def _score_from(run: Mapping[str, Any]) -> RunScore:
         x0=np.array(run["initial_state"]),
         rows=run.get("rows", 0),  # files of November 2026 lack both
         correlation_time=run.get("residual_correlation_rows"),
+        beyond_open=run.get("rmse_over_noise_beyond_open"),
     )
