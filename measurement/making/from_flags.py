@@ -150,5 +150,8 @@ def _refuse_absent_joints(prepared: Sequence[PreparedTable], device: str) -> Non
             name = Path(device).name
             columns = [column for column, target in one.targets.items() if target.name == f"position_{absent[0]}_rad"]
             got = f"joint {absent[0]}" + (f" of column {columns[0]!r}" if columns else "")
-            todo = f"name the joint by --map '{columns[0] if columns else 'q'}=position_0_rad', or another --device"
+            column = columns[0] if columns else "q"
+            factor = one.targets[column].factor if columns else 1.0
+            target = f"position_{count - 1}_rad" + (f"*{factor:.6g}" if factor != 1.0 else "")
+            todo = f"name the joint by --map '{column}={target}', or another --device"
             raise InputError(one.file, expected=f"joints 0 to {count - 1} of {name}", got=got, todo=todo)

@@ -16,7 +16,7 @@ from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.lacking_columns import is_bare_demand, travel_alike
 from haptid.measurement.making.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.making.moving_joints import moving_joints
-from haptid.measurement.making.units_in_names import understand_columns
+from haptid.measurement.making.units_in_names import understand_column, understand_columns
 from haptid.measurement.making.usable_rows import (
     UsableTable,
     counted_on,
@@ -103,7 +103,7 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     InputError
         Where columns are missing or stand for the same signal, or a cell of time or position holds no number.
     """
-    understood = [understand_columns(table.columns, answers.stated, answers.resolution) for table in tables]
+    understood = [_understand(table, answers) for table in tables]
     understood = _counted_from_zero(tables, understood, answers)
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
@@ -119,6 +119,36 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     return prepared
 
 
+def _understand(table: Table, answers: Answers) -> dict[str, Target]:
+    """Return what the columns of a table stand for, with the names of the device's joints for their numbers."""
+    numbers = _numbers_by_name(answers)
+
+    def numbered(column: str) -> str:
+        if column in answers.stated or KNOWN.fullmatch(column) or understand_column(column, 1.0) is not None:
+            return column
+        for name, number in numbers.items():
+            word = rf"(?<![^\W_]){re.escape(name)}(?![^\W_])"
+            changed = re.sub(word, f"joint{number}", column, count=1, flags=re.IGNORECASE)
+            if changed != column:
+                return changed
+        return column
+
+    columns = {numbered(column): column for column in table.columns}
+    if len(columns) < len(table.columns):  # two names of one joint: none is taken for a number
+        columns = {column: column for column in table.columns}
+    targets = understand_columns(list(columns), answers.stated, answers.resolution)
+    return {columns.get(column, column): target for column, target in targets.items()}
+
+
+def _numbers_by_name(answers: Answers) -> dict[str, int]:
+    """Return the number of each joint of the device by its name, longest names first; none for a single joint."""
+    if answers.device == SINGLE_JOINT:
+        return {}
+    device = answers.device if isinstance(answers.device, Device) else load_device(answers.device)
+    found = {joint.name: number for number, joint in enumerate(device.joints)}
+    return dict(sorted(found.items(), key=lambda pair: -len(pair[0])))
+
+
 def _count_on(usable: UsableTable, answers: Answers) -> UsableTable:
     return counted_on(usable, _position_names(usable.table), answers.resolution)
 
@@ -128,13 +158,15 @@ def _counted_from_zero(
 ) -> list[dict[str, Target]]:
     """Return the targets with joints from 0 where the tables count the device's joints from 1.
 
-    They do where no table has a joint 0 and one has the number that would be the device's last but one more.
+    They do where no table has a joint 0 and one has the number that would be the device's last but one more. A column
+    without a number, as a temperature of the whole device, is taken for joint 0 and says nothing of the count.
     """
     if answers.device == SINGLE_JOINT or answers.stated or answers.free is not None or answers.closed:
         return understood
     device = answers.device if isinstance(answers.device, Device) else load_device(answers.device)
     names = [{**{c: c for c in table.columns if KNOWN.fullmatch(c)}, **{c: t.name for c, t in targets.items()}}
              for table, targets in zip(tables, understood, strict=True)]  # fmt: skip
+    names = [{c: name for c, name in one.items() if re.search(r"\d", c) or c == name} for one in names]
     numbers = {int(found.group(1)) for one in names for name in one.values() if (found := NUMBERED.search(name))}
     if 0 in numbers or max(numbers, default=0) != len(device.joints):
         return understood
@@ -144,7 +176,8 @@ def _counted_from_zero(
             column: NUMBERED.sub(lambda found: f"_{int(found.group(1)) - 1}", name) for column, name in one.items()
         }
         factors = {column: target.factor for column, target in targets.items()}
-        shifted.append({c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c})
+        moved = {c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c}
+        shifted.append({c: target for c, target in targets.items() if c not in one} | moved)
     return shifted
 
 

@@ -1,0 +1,62 @@
+"""Which joint a column stands for: by the device's own names, or by numbers from 0 or from 1."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.new import main
+from haptid.measurement.values.warning import CampaignWarning
+
+T = np.arange(400) * 0.005
+
+
+def init(folder: Path, names: tuple[str, str, str, str], **more: object) -> Result:
+    """Make a campaign of an arm's log whose columns of torques and angles in degrees have these names."""
+    tables = folder / "tables"
+    tables.mkdir()
+    values = (np.cos(3 * T), 0.5 * np.cos(3 * T + 1), 20 * np.sin(3 * T), 30 + 10 * np.sin(3 * T + 1))
+    frame = pd.DataFrame({"time_s": T, **dict(zip(names, values, strict=True)), **more})
+    frame.to_csv(tables / "log.csv", index=False)
+    arguments = [str(tables), "--device", "double_pendulum", "--measured", "--out", str(folder / "made"), "--yes"]
+    return CliRunner().invoke(main, arguments)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("shoulder_torque_Nm", "elbow_torque_Nm", "shoulder_pos_deg", "elbow_pos_deg"),
+        ("Shoulder torque [Nm]", "Elbow torque [Nm]", "Shoulder angle [deg]", "Elbow angle [deg]"),
+        ("tau1 [Nm]", "tau2 [Nm]", "q1 [deg]", "q2 [deg]"),
+        ("torque_0_Nm", "torque_1_Nm", "position_0_deg", "position_1_deg"),
+    ],
+)
+def test_columns_of_the_devices_joints_are_understood(tmp_path: Path, names: tuple[str, str, str, str]):
+    """The URDF's own names made a campaign of one joint; a temperature without a number, joints 1 and 2."""
+    made = init(tmp_path, names, temp_C=31.0)
+    assert made.exit_code == 0, made.output
+    (run, *_) = read_campaign(tmp_path / "made").runs
+    assert run.free_joints == (0, 1)
+    np.testing.assert_allclose(np.ptp(run.y, axis=0), np.radians([40.0, 20.0]), rtol=0.02)
+    assert np.ptp(run.u[:, 0]) == pytest.approx(2.0, rel=0.01)
+
+
+def test_a_part_of_a_word_is_no_joint(tmp_path: Path):
+    made = init(tmp_path, ("shoulder_torque_Nm", "elbows_torque_Nm", "shoulder_pos_deg", "elbows_pos_deg"))
+    assert made.exit_code == 0, made.output
+    assert "elbows_torque_Nm is" not in made.output
+    with pytest.warns(CampaignWarning, match="kept and not used: elbows_torque_Nm, elbows_pos_deg"):
+        campaign = read_campaign(tmp_path / "made")
+    assert campaign.runs[0].free_joints == (0,)
+
+
+def test_a_joint_that_the_device_lacks_is_named_with_its_factor(tmp_path: Path):
+    made = init(tmp_path, ("torque_0_Nm", "tau3 [Nm]", "position_0_deg", "q3 [deg]"))
+    assert made.exit_code == 2
+    assert f"--map 'q3 [deg]=position_1_rad*{math.radians(1):.6g}'" in made.output
