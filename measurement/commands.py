@@ -11,7 +11,7 @@ from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import exit_codes
-from haptid.support.declaration import call, command, json_option
+from haptid.support.declaration import call, command, json_option, number_of_option
 
 EXAMPLES_OF_CHECK = """
 haptid check my_campaign
@@ -62,8 +62,10 @@ def check(**settings: Any) -> Any:
 @click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
 @click.option("--hold", type=click.Choice(["zero", "linear"]), default="zero", show_default=True,
               help="How torque runs between rows.")  # fmt: skip
-@click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
-@click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
+@click.option("--noise", callback=number_of_option, metavar="FLOAT", default=None,
+              help="Standard deviation of the position's noise [rad].")  # fmt: skip
+@click.option("--resolution", callback=number_of_option, metavar="FLOAT", default=None,
+              help="Encoder step [rad]: the angle of one count, too, as 2*pi/4096.")  # fmt: skip
 @click.option("--torque-constant", type=float, default=None, metavar="N m/A",
               help="Torque of an ampere (N/A of a slide), of a recorded current or voltage; below 0 it turns "
               "the sign of a current round.")  # fmt: skip

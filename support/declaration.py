@@ -18,11 +18,40 @@ import click
 
 from haptid.support.errors import HaptidError, InputError
 from haptid.support.files.files import json_text
+from haptid.support.numbers import read_number
 from haptid.support.terminal import is_terminal
 from haptid.support.usage import OneLineCommand
 from haptid.version import version_option
 
 P = ParamSpec("P")
+
+
+def number_of_option(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
+    """Read the number of an option, or a product as ``2*pi/4096``: what a dialogue takes, a script may write too.
+
+    Parameters
+    ----------
+    ctx, param
+        The option, for the error.
+    value
+        Text of the command line; None where the option is left out.
+
+    Returns
+    -------
+    float or None
+
+    Raises
+    ------
+    click.BadParameter
+        Where the text is no number.
+    """
+    if value is None:
+        return None
+    try:
+        return read_number(value)
+    except ValueError:
+        msg = f"{value!r} is not a valid float"
+        raise click.BadParameter(msg, ctx, param) from None
 
 
 class IncompleteError(HaptidError):

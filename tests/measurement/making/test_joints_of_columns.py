@@ -60,3 +60,20 @@ def test_a_joint_that_the_device_lacks_is_named_with_its_factor(tmp_path: Path):
     made = init(tmp_path, ("torque_0_Nm", "tau3 [Nm]", "position_0_deg", "q3 [deg]"))
     assert made.exit_code == 2
     assert f"--map 'q3 [deg]=position_1_rad*{math.radians(1):.6g}'" in made.output
+
+
+def test_the_angle_of_a_count_may_be_a_product_as_the_dialogue_takes_it(tmp_path: Path):
+    tables = tmp_path / "tables"
+    tables.mkdir()
+    counts = np.round(3000 * np.sin(3 * T)).astype(int)
+    frame = pd.DataFrame({"time_s": T, "torque (Nm)": np.cos(3 * T), "encoder counts": counts})
+    frame.to_csv(tables / "log.csv", index=False)
+    arguments = [str(tables), "--measured", "--out", str(tmp_path / "made"), "--resolution", "2pi/16384"]
+    made = CliRunner().invoke(main, arguments)
+    assert made.exit_code == 0, made.output
+    (run, *_) = read_campaign(tmp_path / "made").runs
+    assert run.resolution[0] == pytest.approx(2 * math.pi / 16384, rel=1e-6)
+    assert np.ptp(run.y) == pytest.approx(6000 * 2 * math.pi / 16384, rel=0.01)
+    refused = CliRunner().invoke(main, [*arguments[:-1], "a count"])
+    assert refused.exit_code == 2
+    assert "'a count' is not a valid float" in refused.output
