@@ -56,6 +56,9 @@ class Thresholds:
     """Share of the travel above which what rows far apart differ by is motion [1]."""
 
     # Tables: what is read of a file.
+    longest_interval_at_counter_wrap: float = 10.0
+    """Longest interval across the wrap of a time's counter over the median interval [1]: a time that falls by another
+    amount is an error of the log."""
     least_rows_of_table: int = 8
     """Rows of the shortest table that is read [1]."""
     largest_reading: float = 1e100

@@ -16,6 +16,7 @@ from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.lacking_columns import is_bare_demand, travel_alike
 from haptid.measurement.making.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.making.moving_joints import moving_joints
+from haptid.measurement.making.times import with_counter_counted_on
 from haptid.measurement.making.units_in_names import understand_column, understand_columns
 from haptid.measurement.making.usable_rows import (
     UsableTable,
@@ -183,13 +184,15 @@ def _counted_from_zero(
 
 def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:
     """Return a table with the columns of the campaign format and without rows that cannot be used."""
+    table, counted = with_counter_counted_on(table, targets)
     names = {column: targets[column].name if column in targets else column for column in table.columns}
     needed = [column for column, name in names.items() if _is_needed(name)]
     time = next((column for column, name in names.items() if name == "time_s"), "time_s")
     usable = usable_rows(table, needed if mend else (), time)
     frame = map_columns(usable.table, targets)
     free_joints(list(frame.columns), str(table.path), answers.free, answers.closed, table.loosely)
-    return replace(usable, table=replace(usable.table, frame=frame))
+    about = (*usable.about, *([counted] if counted else []))
+    return replace(usable, table=replace(usable.table, frame=frame), about=about)
 
 
 def _position_names(table: Table) -> list[str]:

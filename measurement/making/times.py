@@ -17,6 +17,8 @@ from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 TIME = "time_s"
+COUNTER = 2.0**32
+"""Ticks after which a counter of 32 bits begins anew [1]."""
 
 
 def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str]:
@@ -105,6 +107,38 @@ def _may_be_seconds(t: Array) -> bool:
         return False
     usual = float(np.median(intervals))
     return THRESHOLDS.shortest_likely_row_interval_s <= usual <= THRESHOLDS.longest_usual_row_interval_s
+
+
+def with_counter_counted_on(table: Table, targets: Mapping[str, Target]) -> tuple[Table, str]:
+    """Count the time on where a counter of 32 bits began anew, as that of microseconds does after 71 minutes.
+
+    Parameters
+    ----------
+    table
+        The user's table, its cells as text or as numbers.
+    targets
+        Column of the format by column of the user's table.
+
+    Returns
+    -------
+    table : Table
+        The table itself where no whole number of ticks falls by 2³² but for an interval as long as others.
+    remark : str
+        What was done; empty where nothing was.
+    """
+    column = next((column for column, target in targets.items() if target.name == TIME and target.factor < 1.0), None)
+    if column is None:
+        return table, ""
+    ticks = table.loosely(column)
+    if not np.isfinite(ticks).all() or np.any(ticks != np.round(ticks)):
+        return table, ""
+    steps = np.diff(ticks)
+    wraps = steps < 0.0
+    usual = THRESHOLDS.longest_interval_at_counter_wrap * float(np.median(steps, axis=0)) if steps.size else 0.0
+    if not wraps.any() or np.any((steps[wraps] + COUNTER <= 0.0) | (steps[wraps] + COUNTER > usual)):
+        return table, ""
+    counted = ticks + COUNTER * np.concatenate([[0.0], np.cumsum(wraps)])
+    return replace(table, frame=table.frame.assign(**{column: counted})), f"{column} began anew at 2³², counted on"
 
 
 def has_time(table: Table, stated: Mapping[str, Target]) -> bool:

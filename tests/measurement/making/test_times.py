@@ -10,7 +10,7 @@ import pytest
 
 from haptid.measurement.making.logged_table import read_logged_table
 from haptid.measurement.making.mapping import Target
-from haptid.measurement.making.times import assume_seconds, with_seconds
+from haptid.measurement.making.times import assume_seconds, with_counter_counted_on, with_seconds
 from haptid.measurement.tables.table import Table, read_table
 from haptid.support.errors import InputError
 
@@ -108,3 +108,16 @@ def test_a_column_without_numbers_says_what_it_holds(tmp_path: Path, cell: str, 
     with pytest.raises(InputError) as caught:
         read_table(tmp_path / "a.csv").numbers("time_s")
     assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(("fall", "counted"), [(2**32, True), (2**31, False)])
+def test_a_counter_of_microseconds_that_begins_anew_is_counted_on(fall: int, counted: bool):
+    """A log across the 71st minute was refused: 0.000704 s after 4294.964 s."""
+    ticks = 2**32 - 6000 + 4000 * np.arange(10)
+    wrapped = np.where(ticks >= 2**32, ticks - fall, ticks)
+    frame = pd.DataFrame({"micros": wrapped.astype(str), "tau": 0.0})
+    table = Table(path=Path("log.csv"), frame=frame)
+    made, remark = with_counter_counted_on(table, {"micros": Target(name="time_s", factor=1e-6)})
+    assert bool(remark) is counted
+    assert (np.diff(made.loosely("micros")) == 4000).all() == counted
+    assert with_counter_counted_on(table, {"micros": Target(name="time_s", factor=1.0)})[1] == ""
