@@ -59,6 +59,8 @@ def test_an_interruption_while_modules_are_loaded_is_one_line(loaded: str):
     script = f"""
 import os, runpy, signal, sys
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background inherits that it is ignored
+
 class Interrupts:
     def find_spec(self, name, path=None, target=None):
         if name == {loaded!r}:
