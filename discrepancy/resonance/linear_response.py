@@ -15,6 +15,7 @@ import sympy as sp
 from haptid.discrepancy.resonance.frequency_response import ComplexArray
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
+from haptid.model.equations.equations import TIME
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.locked_joint import joint_equations
 
@@ -85,7 +86,7 @@ def linearise(effect: Effect | None, *, prismatic: bool) -> LinearJoint | None:
     effects = () if effect is None else (effect,)
     e = joint_equations(0, effects=effects, prismatic=prismatic, friction=LAW).without_definitions()
     states, inputs = [s.symbol for s in e.states], [u.symbol for u in e.inputs]
-    still: dict[sp.Symbol, float] = dict.fromkeys([*states, *inputs, sp.Symbol("t", real=True)], 0.0)
+    still: dict[sp.Symbol, float] = dict.fromkeys([*states, *inputs, TIME], 0.0)
     still |= {q.symbol: 0.0 if q.id in ABSENT else q.initial for q in e.parameters if q.fixed or q.id in ABSENT}
     right, out = sp.Matrix(e.rhs), sp.Matrix([e.outputs[0].expression])
     matrices = [m.jacobian(by).subs(still) for m in (right, out) for by in (states, inputs)]

@@ -11,7 +11,7 @@ without the resonance bends inertia and friction far away. In the frequency resp
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -65,6 +65,24 @@ def find_resonances(
     return found | {
         key: found[effect.id] for key, effect in catalogue.items() if effect.resonant_only and effect.id in found
     }
+
+
+def offered(catalogue: Mapping[str, Effect], shown: Collection[str]) -> dict[str, Effect]:
+    """Leave out the forms that ask for a resonance that the runs do not show.
+
+    Parameters
+    ----------
+    catalogue
+        Catalogue effects by key.
+    shown
+        Keys of the effects that `find_resonances` returned.
+
+    Returns
+    -------
+    dict
+        The others, by key.
+    """
+    return {key: effect for key, effect in catalogue.items() if key in shown or not effect.resonant_only}
 
 
 def _has_enough(measured: FrequencyResponse, joint: LinearJoint) -> bool:

@@ -15,7 +15,7 @@ from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.detect.waves import with_waves
 from haptid.discrepancy.fit.nominal_fit import NominalFit, at_own_step, fit_nominal, with_stiffer_presliding
 from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.resonance.resonances import find_resonances
+from haptid.discrepancy.resonance.resonances import find_resonances, offered
 from haptid.discrepancy.search.trials.judging import judge_candidate, judge_on_other_path
 from haptid.discrepancy.search.trials.searcher import Searcher, leaves_much
 from haptid.discrepancy.search.under_observer.laws import Led
@@ -99,7 +99,7 @@ def score_catalogue(
         their signatures at the nominal model, and their scores. The grids of
         waves over position hold those that stand out of the torque along the measured motion.
     """
-    catalogue = {key: e for key, e in study.in_si(plain.values).items() if key in resonant or not e.resonant_only}
+    catalogue = offered(study.in_si(plain.values), resonant)
     if study.alone:  # of several joints the torque of each holds the others' motion
         catalogue = with_waves(catalogue, lambda: residual_over_position(study.fitted))
     effects = list(catalogue.values())

@@ -49,14 +49,15 @@ def even_out_friction(model: TorqueFit) -> TorqueFit | None:
     study = model.study
     if len(study.runs) < THRESHOLDS.torque.least_runs_of_run_friction or not _are_whole(study):
         return None
-    giving = tuple(_first_part(run, study) for run in study.runs)
+    giving = tuple(_first_part(run) for run in study.runs)
     once = _levels(model, study.runs, giving)
     before, after = _left(model, once, giving)
     most = THRESHOLDS.torque.largest_rms_with_run_friction
     if any(now > most * was for was, now in zip(before, after, strict=True)) or after[1] > most * _other(model, giving):
         return None
     levels = dict.fromkeys((run.file for run in (*study.runs, *study.sealed)), 1.0)
-    kept = tuple(rest | mask for rest, mask in zip(_resting(study), _spent(giving, study), strict=True))
+    # Rows of held-out runs that gave a level are scored no more.
+    kept = tuple(~moving | (mask & ~seen) for moving, mask, seen in zip(study.moving, giving, study.seen, strict=True))
     for _ in range(THRESHOLDS.torque.passes_of_run_friction):
         model, levels = _without(model, levels, kept)
     told = RunFriction(levels=levels, before=before[1], after=after[1])
@@ -73,19 +74,9 @@ def _are_whole(study: TorqueStudy) -> bool:
     )
 
 
-def _resting(study: TorqueStudy) -> tuple[Mask, ...]:
-    return study.resting or tuple(np.zeros(run.t.size, dtype=bool) for run in study.runs)
-
-
-def _first_part(run: Run, study: TorqueStudy) -> Mask:
+def _first_part(run: Run) -> Mask:
     """Return the rows that give a run its level: all of a fitted run, the first part of any other."""
-    fitted = run.file in {each.file for each, seen in zip(study.runs, study.seen, strict=True) if seen.all()}
-    return np.asarray(fitted | (run.t <= THRESHOLDS.torque.part_that_gives_friction * run.t[-1]))
-
-
-def _spent(giving: Sequence[Mask], study: TorqueStudy) -> list[Mask]:
-    """Return the rows of held-out runs that gave a level and are scored no more."""
-    return [mask & ~seen for mask, seen in zip(giving, study.seen, strict=True)]
+    return np.asarray((run.use == "fit") | (run.t <= THRESHOLDS.torque.part_that_gives_friction * run.t[-1]))
 
 
 def _friction(model: TorqueFit, run: Run) -> Array:
@@ -154,7 +145,7 @@ def _without(
 
     def even(runs: tuple[Run, ...]) -> tuple[Run, ...]:
         made = []
-        found = _levels(model, runs, [_first_part(run, study) for run in runs])
+        found = _levels(model, runs, [_first_part(run) for run in runs])
         for run, (s, friction) in zip(runs, found, strict=True):
             now[run.file] *= 1.0 + s
             made.append(run.but(y=run.y - s * friction[:, None]))

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from haptid.discrepancy.resonance.resonances import find_resonances
+from haptid.discrepancy.resonance.resonances import find_resonances, offered
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
 from haptid.discrepancy.torque.readable import delays_torque
@@ -128,7 +128,7 @@ def search_torque(
     scales = study.scales(base.values)
     known = {key: effect.at(scales) for key, effect in catalogue.items()}
     resonances = _find_resonances(study, known)
-    known = {key: effect for key, effect in known.items() if key in resonances or not effect.resonant_only}
+    known = offered(known, resonances)
     current, steps = base, []
     for _ in range(THRESHOLDS.torque.most_effects):
         step = _step(study, base, current, known, resonances, tell)

@@ -60,7 +60,7 @@ OPEN_LOOP = Strategy(kind="open_loop", reason="simulated freely from the recorde
 
 
 def choose(
-    run: Run, simulator: Simulator | None = None, theta: Array | None = None, *, gain: float | None = None
+    run: Run, simulator: Simulator | None = None, theta: Array | None = None, *, among: Sequence[Run] = ()
 ) -> Strategy:
     """Choose the strategy that one run allows.
 
@@ -71,30 +71,36 @@ def choose(
     simulator, theta
         Simulator and parameters (n_p,) that the growth of an error is computed with; without them only position control
         is judged.
-    gain
-        Gain of an observer, where one is needed [1/s]; that of this run where None.
+    among
+        Runs that share the observer, where one is needed; this run alone where there are none.
 
     Returns
     -------
     Strategy
     """
-    gain = observer_gain(run) if gain is None else gain
     # Position control comes first: under it a free simulation drifts, however slowly errors grow.
     signs = {j: position_control(run, k) for k, j in enumerate(run.free_joints)}
     signs = {j: sign for j, sign in signs.items() if sign}
     if signs:
         told = "; ".join(f"joint {j}: {sign}" for j, sign in signs.items())
-        return _choose_under_control(run, gain, f"{run.file} was recorded under position control ({told})")
+        return _choose_under_control(
+            run, _shared_gain(run, among), f"{run.file} was recorded under position control ({told})"
+        )
     if simulator is None or theta is None:
         return OPEN_LOOP
     factor = growth(simulator, theta, run)
     if factor <= THRESHOLDS.largest_growth_of_start_error:
         return OPEN_LOOP
+    gain = _shared_gain(run, among)
     reason = (
         f"an error of the start grows {plain(factor)}-fold during {run.file}: "
         f"simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
     )
     return Strategy(kind="observer", reason=reason, gain=gain)
+
+
+def _shared_gain(run: Run, among: Sequence[Run]) -> float:
+    return max(observer_gain(one) for one in among or (run,))
 
 
 def _choose_under_control(run: Run, gain: float, why: str) -> Strategy:
@@ -142,8 +148,7 @@ def choose_for(runs: Sequence[Run], simulator: Simulator | None = None, theta: A
         limit of growth a small change of the estimates decides which does.
     """
     fitted = [run for run in runs if run.use == "fit"]
-    gain = max((observer_gain(run) for run in fitted), default=0.0)
-    chosen = [choose(run, simulator, theta, gain=gain) for run in fitted]
+    chosen = [choose(run, simulator, theta, among=fitted) for run in fitted]
     for kind in ("torque", "observer"):
         of_kind = [one for one in chosen if one.kind == kind]
         if of_kind:

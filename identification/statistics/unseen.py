@@ -17,6 +17,7 @@ from haptid.identification.problem.initial_states import start_of
 from haptid.identification.result.fit import Fit, RunScore
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Run
+from haptid.support.linear_algebra import rms
 
 
 def rms_beyond_left_open(simulator: Simulator, found: Fit, run: Run, score: RunScore) -> float:
@@ -45,7 +46,8 @@ def rms_beyond_left_open(simulator: Simulator, found: Fit, run: Run, score: RunS
         return score.over_noise
     sigma = run.sensor_std
     states = list(start_of(simulator.equations, run).states)
-    places = [[q.id for q in found.equations.parameters].index(id) for id in found.free]
+    ids = [q.id for q in found.equations.parameters]
+    places = [ids.index(id) for id in found.free]
     values, vectors = np.linalg.eigh(found.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     start = made.dy_dx0[run.scored][:, :joints][..., states] / sigma[:, None]
@@ -57,4 +59,4 @@ def rms_beyond_left_open(simulator: Simulator, found: Fit, run: Run, score: RunS
     held = np.eye(J.shape[1])[len(states) :]
     size = np.maximum(np.linalg.norm(J, axis=0), np.finfo(float).tiny)  # columns of a state may be of any unit
     best = np.linalg.lstsq(np.concatenate([J, held]) / size, np.concatenate([r, np.zeros(len(held))]), rcond=None)[0]
-    return float(np.sqrt(np.mean((r - J @ (best / size)) ** 2)))
+    return rms(r - J @ (best / size))

@@ -104,8 +104,9 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     InputError
         Where columns are missing or stand for the same signal, or a cell of time or position holds no number.
     """
-    understood = [_understand(table, answers) for table in tables]
-    understood = _counted_from_zero(tables, understood, answers)
+    device = _device_of(answers)
+    understood = [_understand(table, answers, device) for table in tables]
+    understood = _counted_from_zero(tables, understood, answers, device)
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
     ]
@@ -120,9 +121,16 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     return prepared
 
 
-def _understand(table: Table, answers: Answers) -> dict[str, Target]:
+def _device_of(answers: Answers) -> Device | None:
+    """Return the device that the user states; None for a single joint."""
+    if answers.device == SINGLE_JOINT:
+        return None
+    return answers.device if isinstance(answers.device, Device) else load_device(answers.device)
+
+
+def _understand(table: Table, answers: Answers, device: Device | None) -> dict[str, Target]:
     """Return what the columns of a table stand for, with the names of the device's joints for their numbers."""
-    numbers = _numbers_by_name(answers)
+    numbers = {} if device is None else _numbers_by_name(device)
 
     def numbered(column: str) -> str:
         if column in answers.stated or KNOWN.fullmatch(column) or understand_column(column, 1.0) is not None:
@@ -141,11 +149,8 @@ def _understand(table: Table, answers: Answers) -> dict[str, Target]:
     return {columns.get(column, column): target for column, target in targets.items()}
 
 
-def _numbers_by_name(answers: Answers) -> dict[str, int]:
-    """Return the number of each joint of the device by its name, longest names first; none for a single joint."""
-    if answers.device == SINGLE_JOINT:
-        return {}
-    device = answers.device if isinstance(answers.device, Device) else load_device(answers.device)
+def _numbers_by_name(device: Device) -> dict[str, int]:
+    """Return the number of each joint of the device by its name, longest names first."""
     found = {joint.name: number for number, joint in enumerate(device.joints)}
     return dict(sorted(found.items(), key=lambda pair: -len(pair[0])))
 
@@ -155,16 +160,15 @@ def _count_on(usable: UsableTable, answers: Answers) -> UsableTable:
 
 
 def _counted_from_zero(
-    tables: Sequence[Table], understood: list[dict[str, Target]], answers: Answers
+    tables: Sequence[Table], understood: list[dict[str, Target]], answers: Answers, device: Device | None
 ) -> list[dict[str, Target]]:
     """Return the targets with joints from 0 where the tables count the device's joints from 1.
 
     They do where no table has a joint 0 and one has the number that would be the device's last but one more. A column
     without a number, as a temperature of the whole device, is taken for joint 0 and says nothing of the count.
     """
-    if answers.device == SINGLE_JOINT or answers.stated or answers.free is not None or answers.closed:
+    if device is None or answers.stated or answers.free is not None or answers.closed:
         return understood
-    device = answers.device if isinstance(answers.device, Device) else load_device(answers.device)
     names = [{**{c: c for c in table.columns if KNOWN.fullmatch(c)}, **{c: t.name for c, t in targets.items()}}
              for table, targets in zip(tables, understood, strict=True)]  # fmt: skip
     names = [{c: name for c, name in one.items() if re.search(r"\d", c) or c == name} for one in names]

@@ -284,7 +284,8 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
     best = _best_scores(scored)
     if not before.effects:
         # Their signatures lie at the shapes of a grid, between which a resonance is not seen.
-        best += [score for score in scored if score.key in s.resonances and score not in best]
+        chosen = {score.key for score in best}
+        best += [score for score in scored if score.key in s.resonances and score.key not in chosen]
     tried = s.map_all("effects under the observer, first tries", begin, best)
     made = s.map_all("effects under the observer", refit, list(_promising(s, tried, best)))
     return sorted(made, key=lambda lead: lead.cost)
