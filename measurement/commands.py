@@ -80,7 +80,7 @@ def check(**settings: Any) -> Any:
     help="Runs kept from every fit, as in 'val_*.csv'; may be repeated.",
 )
 @click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
-              help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
+              help="Say what a column is, as in 'enc=position_0_deg' or '…_rad*0.0015'; may be repeated.")  # fmt: skip
 @click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
 @click.option("--yes", is_flag=True, help="Ask nothing: take what would be proposed, and say what was assumed.")
 @exit_codes
@@ -91,8 +91,8 @@ def init(**settings: Any) -> Any:
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask. With
     --yes nothing is asked: the data count as measured, a device file in FOLDER is taken, noise is estimated, and each
     of these is told. Where nothing is asked, with or without --yes, runs named val… or validation… are kept from every
-    fit unless --validate names others. What has no proposal (the angle of an encoder count, the torque of an ampere, a
-    duty's supply) is still needed as a flag.
+    fit unless --validate names others. What has no proposal (the angle of an encoder count where no line above a header
+    says the counts of a turn, the torque of an ampere, a duty's supply) is still needed as a flag.
 
     Names such as position_0_deg, Angle (deg), Position actual value [deg], torque (Nmm), millis, q1_rad or encoder
     counts are understood and converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm,

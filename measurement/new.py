@@ -15,14 +15,15 @@ import click
 import tomli_w
 
 from haptid.measurement.asking.dialogue import ask_until_agreed
-from haptid.measurement.asking.questions import assume_facts, assume_validation
+from haptid.measurement.asking.questions import assume_facts, assume_step, assume_validation
 from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.commands import init as main
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.from_flags import answers_of, complete
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
-from haptid.measurement.making.mapping import Target, parse_map
+from haptid.measurement.making.map_option import parse_map
+from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import (
     PreparedTable,
     current_constants,
@@ -83,6 +84,9 @@ def make_campaign(
         given, assumed = assume_facts(folder, tables, given)
     elif not asks:
         given, assumed = assume_validation(tables, given)
+    if not asks:
+        given, counted = assume_step(tables, stated, given)
+        assumed += counted
     assumed += timed
     if asks:
         answers, prepared = ask_until_agreed(folder, tables, given, stated, layouts)

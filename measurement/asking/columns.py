@@ -4,13 +4,14 @@
 2. The others are asked for one by one; what is likely meant is proposed where its unit is known.
 3. What lacks after that is told, and the columns that were left open are asked for again.
 
-The reply `BACK` asks for the column before once more, with the replies as they were before it.
+The reply `BACK` asks for the column before once more, with the replies as they were before it; at the first column it
+leads to the question before the columns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import click
@@ -18,10 +19,11 @@ import click
 from haptid.measurement.asking.questions import BACK, NONE, WentBack, ask
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.joint_names import device_of, joint_named_in, numbers_by_name, understand_table
 from haptid.measurement.making.lacking_columns import propose_target
-from haptid.measurement.making.mapping import COLUMNS_NEEDED, Target, free_joints, lacking_signals, parse_map
+from haptid.measurement.making.map_option import parse_map
+from haptid.measurement.making.mapping import COLUMNS_NEEDED, NUMBERED, Target, free_joints, lacking_signals
 from haptid.measurement.making.times import is_bare_time
-from haptid.measurement.making.units_in_names import understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -32,20 +34,24 @@ WORDS = {
 }
 """Signals that a table may lack, as a user is told of them."""
 EXAMPLES = {
-    "time": "time_s*0.001 of ms",
+    "time": "time_ms",
     "torque": "torque_0_Nm, current_0_A",
-    "position": "position_0_rad, position_0_rad*0.0174533 of degrees",
+    "position": "position_0_rad, position_0_deg",
 }
 """Replies that name a column, by the signal that lacks."""
 Replies = dict[str, Target]
 """What is known of columns, by their names in the user's tables."""
 AskOne = Callable[[Replies, str], Replies]
 """Question on one column: replies so far, and the column that `BACK` leads to or nothing, in; new replies out."""
+BEFORE_COLUMNS = "the question before"
+"""What `BACK` leads to at the first column, where questions on other things were asked."""
 DRIVEN = ("torque", "position")
 """Signals of which a joint needs both."""
 
 
-def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, Target]:
+def ask_lacking_columns(
+    tables: Sequence[Table], answers: Answers, former: Mapping[str, Target], *, first: bool
+) -> dict[str, Target]:
     """Ask for the columns whose names do not say what they are, as long as time, position or what drives lacks.
 
     Parameters
@@ -53,7 +59,12 @@ def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, 
     tables
         The user's tables.
     answers
-        What flags, or earlier replies, say of columns, free joints and the size of an encoder count.
+        What flags, or earlier replies, say of columns, free joints, the size of an encoder count, and the device, whose
+        joints' names are understood.
+    former
+        Replies that were taken back, which are proposed again.
+    first
+        Whether no question was asked before.
 
     Returns
     -------
@@ -64,12 +75,15 @@ def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, 
     ------
     InputError
         Where something lacks, and no column is left that could be it.
+    WentBack
+        Where the reply to the first column is `BACK`, and questions were asked before.
     """
-    step, past = answers.resolution, list[_Asked]()
-    replies = {**_plain_times(tables, answers.stated, step), **answers.stated}
-    while (fault := _find_fault(tables, replace(answers, stated=replies))) is not None:
+    device, past = device_of(answers), list[_Asked]()
+    names = Names(step=answers.resolution, joints={} if device is None else numbers_by_name(device))
+    replies = {**_plain_times(tables, answers.stated, names), **answers.stated}
+    while (fault := _find_fault(tables, replace(answers, stated=replies), names)) is not None:
         table, error, lacking = fault
-        known = _understand(table, replies, step)
+        known = _understand(table, replies, names)
         unknown = [column for column in table.columns if column not in known and not KNOWN.fullmatch(column)]
         # Where nothing lacks, or every column has its reply, and the table still does not do, a reply is wrong.
         replied = [column for column in table.columns if column in unknown or column in replies]
@@ -77,9 +91,27 @@ def ask_lacking_columns(tables: Sequence[Table], answers: Answers) -> dict[str, 
         if not columns:
             raise error
         click.echo(_tell_fault(table, error, lacking, again=bool(past)))
-        questions = [(column, partial(_ask_column, column, table, lacking, step)) for column in columns]
-        replies = _ask_in_turn(questions, replies, past)
+        questions = [
+            (column, partial(_ask_column, column, table, lacking, names, former.get(column))) for column in columns
+        ]
+        replies = _ask_in_turn(questions, replies, past, first=first)
     return replies
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Names:
+    """What names of columns are read with.
+
+    Parameters
+    ----------
+    step
+        Size of an encoder count [rad] or [m]; None where it is not stated.
+    joints
+        Number of each of the device's joints by its name; empty for a single joint.
+    """
+
+    step: float | None
+    joints: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,14 +123,18 @@ class _Asked:
     before: Replies
 
 
-def _ask_in_turn(questions: Sequence[tuple[str, AskOne]], replies: Replies, past: list[_Asked]) -> Replies:
+def _ask_in_turn(
+    questions: Sequence[tuple[str, AskOne]], replies: Replies, past: list[_Asked], *, first: bool
+) -> Replies:
     """Ask one question after the other, and those of ``past`` again as often as the user goes back; extend ``past``."""
     waiting = list(questions)
     while waiting:
         column, question = waiting[0]
         try:
-            made = question(replies, past[-1].column if past else "")
+            made = question(replies, past[-1].column if past else "" if first else BEFORE_COLUMNS)
         except WentBack:
+            if not past:
+                raise
             last = past.pop()
             waiting.insert(0, (last.column, last.question))
             replies = last.before
@@ -111,7 +147,7 @@ def _ask_in_turn(questions: Sequence[tuple[str, AskOne]], replies: Replies, past
 
 def _way_back(before: str) -> str:
     """Tell the reply that goes back to a column; nothing where there is none."""
-    return f"; {BACK} asks for {before} again" if before else ""
+    return f"; {BACK} asks for {before} again" if before and before != BEFORE_COLUMNS else ""
 
 
 def ask_all_columns(
@@ -135,7 +171,7 @@ def ask_all_columns(
     """
     columns = dict.fromkeys(column for table in tables for column in table.columns)
     questions = [(column, partial(_ask_again, column, understood.get(column))) for column in columns]
-    return _ask_in_turn(questions, dict(stated), [])
+    return _ask_in_turn(questions, dict(stated), [], first=True)
 
 
 def _ask_again(column: str, understood: Target | None, replies: Replies, before: str) -> Replies:
@@ -160,15 +196,21 @@ def _describe_ways(column: str, default: str) -> str:
 
 
 def _ask_column(
-    column: str, table: Table, lacking: Sequence[str], step: float | None, replies: Replies, before: str
+    column: str,
+    table: Table,
+    lacking: Sequence[str],
+    names: Names,
+    former: Target | None,
+    replies: Replies,
+    before: str,
 ) -> Replies:
     """Return the replies with that to one column; a column that stays open has none."""
     others = {known: target for known, target in replies.items() if known != column}
-    taken = {target.name for target in _understand(table, others, step).values()} | {
+    taken = {target.name for target in _understand(table, others, names).values()} | {
         name for name in table.columns if KNOWN.fullmatch(name)
     }
-    earlier = replies.get(column)
-    goal, note = ("", "") if earlier is not None else _propose(column, table, lacking, taken)
+    earlier = replies.get(column, former)
+    goal, note = ("", "") if earlier is not None else _propose(column, table, lacking, taken, names.joints)
     default = _write(earlier) if earlier is not None else "" if note else goal
     ways = f"{goal}; {note}" if note else ", ".join([*(EXAMPLES[signal] for signal in lacking or DRIVEN), "…"])
     if default:
@@ -187,10 +229,19 @@ def _ask_column(
     return others if target is None else {**others, column: target}
 
 
-def _propose(column: str, table: Table, lacking: Sequence[str], taken: set[str]) -> tuple[str, str]:
+def _propose(
+    column: str, table: Table, lacking: Sequence[str], taken: set[str], joints: Mapping[str, int]
+) -> tuple[str, str]:
     """Return what a column is likely, and a note on the other unit that is as likely; empty where nothing is."""
+    number, _ = joint_named_in(column, joints)
     for signal in lacking:
-        goal, note = propose_target(signal, column, table.columns, table.loosely)
+        # Of several joints each column is likely its own's: those of other joints do not vie with it.
+        rivals = table.columns if number is None else [
+            other for other in table.columns if joint_named_in(other, joints)[0] in (None, number)
+        ]  # fmt: skip
+        goal, note = propose_target(signal, column, rivals, table.loosely)
+        if number is not None:
+            goal, note = (NUMBERED.sub(f"_{number}", text) for text in (goal, note))
         if goal and goal.partition("*")[0] not in taken:
             return goal, note
     return "", ""
@@ -200,7 +251,7 @@ def _read_target(reply: str) -> Target:
     try:
         (target,) = parse_map((f"column={reply}",)).values()
     except InputError:
-        expected = "a name of the format, as torque_0_Nm or position_0_rad*0.0174533"
+        expected = "a name of the format, as torque_0_Nm or position_0_deg"
         raise InputError("column", expected=expected, got=repr(reply)) from None
     return target
 
@@ -209,13 +260,13 @@ def _write(target: Target) -> str:
     return target.name if target.factor == 1.0 else f"{target.name}*{target.factor:.12g}"
 
 
-def _plain_times(tables: Sequence[Table], stated: Mapping[str, Target], step: float | None) -> dict[str, Target]:
+def _plain_times(tables: Sequence[Table], stated: Mapping[str, Target], names: Names) -> dict[str, Target]:
     """Return the times without a unit of tables that have one such column each, where the rows' interval tells it."""
     found: dict[str, Target] = {}
     for table in tables:
-        names = names_of(table, stated, step)
+        known = names_of(table, stated, names)
         times = [column for column in table.columns if is_bare_time(column)]
-        if "time_s" in names or len(times) != 1:
+        if "time_s" in known or len(times) != 1:
             continue
         goal, note = propose_target("time", times[0], table.columns, table.loosely)
         if goal and not note:
@@ -223,15 +274,15 @@ def _plain_times(tables: Sequence[Table], stated: Mapping[str, Target], step: fl
     return found
 
 
-def _understand(table: Table, replies: Mapping[str, Target], step: float | None) -> dict[str, Target]:
+def _understand(table: Table, replies: Mapping[str, Target], names: Names) -> dict[str, Target]:
     """Return what is known of the columns of a table: what is stated alone, where two names say the same."""
     try:
-        return understand_columns(table.columns, replies, step)
+        return understand_table(table, replies, names.step, names.joints)
     except InputError:
         return dict(replies)
 
 
-def names_of(table: Table, replies: Mapping[str, Target], step: float | None) -> list[str]:
+def names_of(table: Table, replies: Mapping[str, Target], names: Names) -> list[str]:
     """Name the columns of a table as the campaign format has them.
 
     Parameters
@@ -240,27 +291,27 @@ def names_of(table: Table, replies: Mapping[str, Target], step: float | None) ->
         The user's table.
     replies
         What flags or replies say of columns.
-    step
-        Size of an encoder count [rad] or [m]; None where it is not stated.
+    names
+        What names of columns are read with.
 
     Returns
     -------
     list of str
         Names of the format, where they are stated or understood; else the user's.
     """
-    known = _understand(table, replies, step)
+    known = _understand(table, replies, names)
     return [known[column].name if column in known else column for column in table.columns]
 
 
-def _find_fault(tables: Sequence[Table], answers: Answers) -> tuple[Table, InputError, list[str]] | None:
+def _find_fault(tables: Sequence[Table], answers: Answers, names: Names) -> tuple[Table, InputError, list[str]] | None:
     """Return the first table that no fit could use, its error, and the signals that it lacks."""
     for table in tables:
-        names = names_of(table, answers.stated, answers.resolution)
+        known = names_of(table, answers.stated, names)
         try:
-            understand_columns(table.columns, answers.stated, answers.resolution)
-            free_joints(names, str(table.path), answers.free, numbers_of=table.loosely)
+            understand_table(table, answers.stated, names.step, names.joints)
+            free_joints(known, str(table.path), answers.free, numbers_of=table.loosely)
         except InputError as error:
-            return table, error, lacking_signals(names)
+            return table, error, lacking_signals(known)
     return None
 
 

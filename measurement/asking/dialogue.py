@@ -1,7 +1,8 @@
 """Talk with the user on a terminal until a campaign is understood as it is meant: tables in, `Answers` out.
 
 Each question is asked once. Where the user does not agree with what was understood, or a reply cannot be right, the
-user names what is to be changed, and only that is asked again, with the earlier reply as the proposal.
+user names what is to be changed, and only that is asked again, with the earlier reply as the proposal. The reply `BACK`
+takes the reply before back.
 """
 
 from __future__ import annotations
@@ -13,10 +14,13 @@ from typing import Any
 
 import click
 
-from haptid.measurement.asking.columns import ask_all_columns, ask_lacking_columns, names_of
+from haptid.measurement.asking.columns import Names, ask_all_columns, ask_lacking_columns, names_of
 from haptid.measurement.asking.questions import (
+    BACK,
+    FACTS,
+    WentBack,
     ask_constant,
-    ask_facts,
+    ask_fact,
     ask_sensor,
     ask_step,
     ask_supply,
@@ -24,6 +28,7 @@ from haptid.measurement.asking.questions import (
     ask_whether_to_write,
 )
 from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.encoder_counts import counts_of_a_turn, holds_counts
 from haptid.measurement.making.from_flags import answers_of, complete
 from haptid.measurement.making.mapping import Target, refuse_reference_alone
 from haptid.measurement.making.prepared import (
@@ -34,7 +39,6 @@ from haptid.measurement.making.prepared import (
     lack_supply,
     prepare_tables,
 )
-from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -86,24 +90,28 @@ def ask_until_agreed(
         Where the tables are at fault, and not a reply.
     """
     for table in tables:
-        refuse_reference_alone(names_of(table, stated, flags["resolution"]), str(table.path), table.loosely)
+        names = names_of(table, stated, Names(step=flags["resolution"]))
+        refuse_reference_alone(names, str(table.path), table.loosely)
+    click.echo(f"Enter takes what stands in brackets; {BACK} goes to the question before.")
     # Where the sensor is stated, the command may be one of a script: nothing is asked at its end.
     talk = _Talk(folder, tables, flags, stated)
     while True:
         try:
             answers, prepared = talk.ask()
-        except InputError as error:
-            if not talk.may_be_wrong:
-                raise
-            click.echo(f"Error: {error}")
-        else:
             click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
             if flags["noise"] is not None:
                 return answers, prepared
             answers = talk.ask_sensor(answers, prepared)
             if ask_whether_to_write():
                 return answers, prepared
-        talk.change()
+            talk.change()
+        except WentBack:
+            talk.take_back()
+        except InputError as error:
+            if not talk.may_be_wrong:
+                raise
+            click.echo(f"Error: {error}")
+            talk.change()
 
 
 class _Talk:
@@ -125,6 +133,10 @@ class _Talk:
         self.former: dict[str, Any] = {}
         self.understood: dict[str, Target] = {}
         self.sensor: tuple[float | None, float | None] | None = None
+        self.before: list[tuple[str, dict[str, Target]]] = []
+        """Each option that was asked for, in turn, with the columns that were known before; `COLUMNS` too."""
+        self.taken_back: dict[str, Target] = {}
+        """Replies on columns that are proposed again."""
         self.asked_columns = False
         self.may_be_wrong = False
         """Whether an error may be the fault of a reply, and not of the tables or of flags."""
@@ -132,22 +144,42 @@ class _Talk:
     def ask(self) -> tuple[Answers, list[PreparedTable]]:
         """Ask for what is not known yet, and return what it all makes of the tables."""
         self.may_be_wrong = False
-        self.flags = ask_facts(self.folder, self.tables, self.flags, self.former)
-        if self.flags["resolution"] is None and self._holds_counts():
-            self.flags["resolution"] = ask_step()
-        replies = ask_lacking_columns(self.tables, self._answers())
-        self.asked_columns |= replies != self.replies
+        for option in FACTS if len(self.tables) > 1 else FACTS[:-1]:
+            if self.flags[option] is None:
+                reply = ask_fact(option, self.folder, self.tables, self.former, first=not self.before)
+                self._take(option, reply)
+        if self.flags["resolution"] is None and holds_counts(self.tables, self.replies):
+            self._take("resolution", ask_step(counts_of_a_turn(self.tables), first=not self.before))
+        replies = ask_lacking_columns(self.tables, self._answers(), self.taken_back, first=not self.before)
+        if replies != self.replies:
+            self.before.append((COLUMNS, self.replies))
+            self.asked_columns = True
         self.may_be_wrong, self.replies = self.asked_columns, replies
         prepared = prepare_tables(self.tables, self._answers())
         self.understood = {column: target for one in prepared for column, target in one.targets.items()}
         self.may_be_wrong |= "device" not in self.given
         if self.flags["supply"] is None and lack_supply(prepared):
-            self.flags["supply"] = ask_supply()
+            self._take("supply", ask_supply())
         constants = current_constants(prepared)
         if self.flags["torque_constant"] is None and constants:
-            self.flags["torque_constant"] = ask_constant(next(iter(constants.values())))
+            self._take("torque_constant", ask_constant(next(iter(constants.values()))))
         answers = self._answers()
         return answers, complete(prepared, answers)
+
+    def take_back(self) -> None:
+        """Take the last reply back; the next `ask` asks for it once more."""
+        if self.sensor is not None:
+            self.sensor = None
+        elif self.before:
+            option, replies = self.before.pop()
+            self.taken_back, self.replies = {**self.taken_back, **self.replies}, replies
+            if option != COLUMNS:
+                self.former[option], self.flags[option] = self.flags[option], None
+
+    def _take(self, option: str, reply: Any) -> None:
+        """Take the reply to a question."""
+        self.before.append((option, self.replies))
+        self.flags[option] = reply
 
     def ask_sensor(self, answers: Answers, prepared: Sequence[PreparedTable]) -> Answers:
         """Ask for noise and encoder step, once, and return the answers with them."""
@@ -174,7 +206,3 @@ class _Talk:
     def _answers(self) -> Answers:
         flags = {**self.flags, "validate": self.flags["validate"] or ()}
         return answers_of(self.folder, self.tables, flags, self.replies)
-
-    def _holds_counts(self) -> bool:
-        """Whether a position without a stated factor is in encoder counts."""
-        return any(in_counts(name) for table in self.tables for name in table.columns if name not in self.replies)

@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
+from haptid.measurement.making.encoder_counts import counts_of_a_turn, holds_counts
+from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import PreparedTable
 from haptid.measurement.signals.noise import estimate_noise, write_estimated_noise
 from haptid.measurement.signals.resolution import estimate_resolution
@@ -24,49 +26,56 @@ NONE = "-"
 """Reply that takes nothing, where a bare Enter takes what is proposed."""
 BACK = "back"
 """Reply that goes back to the question before."""
+FACTS = ("title", "device", "measured", "validate")
+"""Options that are asked for before the columns, in this order."""
 
 
 class WentBack(Exception):  # noqa: N818 (a reply, not an error)
     """The user wants to answer the question before once more."""
 
 
-def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any], former: Mapping[str, Any]) -> dict[str, Any]:
-    """Ask for title, device, origin and validation runs where no flag gives them.
+def ask_fact(option: str, folder: Path, tables: Sequence[Table], former: Mapping[str, Any], *, first: bool) -> Any:
+    """Ask for title, device, origin or validation runs.
 
     Parameters
     ----------
+    option
+        Of `FACTS`.
     folder
         Folder of the tables.
     tables
         The user's tables.
-    flags
-        Options by name; None where absent.
     former
         Earlier replies by the name of the option, which are proposed again.
+    first
+        Whether no question was asked before.
 
     Returns
     -------
-    dict
-        The options with the replies; that to ``validate`` is an empty tuple where no run is to be kept.
+    str, bool or tuple of str
+        The reply; that to ``validate`` is an empty tuple where no run is to be kept.
+
+    Raises
+    ------
+    WentBack
+        Where the reply is `BACK`.
     """
-    flags, names = dict(flags), [table.file_name for table in tables]
-    if flags["title"] is None:
-        flags["title"] = click.prompt("Title", default=former.get("title", folder.resolve().name))
-    if flags["device"] is None:
+    names = [table.file_name for table in tables]
+    if option == "title":
+        return ask("Title", former.get("title", folder.resolve().name), str, may_go_back=not first)
+    if option == "device":
         question = "Device (built-in name, device TOML or URDF, or single_joint)"
         proposed = former.get("device", propose_device(folder))
-        flags["device"] = ask(question, proposed, lambda reply: find_device(reply, folder))
-    if flags["measured"] is None:
-        flags["measured"] = _ask_whether("Were the data measured on a real device?", former.get("measured", True))
-    if flags["validate"] is None and len(tables) > 1:
-        question = (
-            f"Runs to keep from every fit, of {' '.join(names)} (names or val_*.csv, separated by spaces; - none)"
-        )
-        proposed = former.get("validate", propose_validation(names))
-        flags["validate"] = ask(
-            question, " ".join(proposed), lambda reply: () if reply == NONE else select_runs(reply.split(), names)
-        )
-    return flags
+        return ask(question, proposed, lambda reply: find_device(reply, folder), may_go_back=not first)
+    if option == "measured":
+        question = "Were the data measured on a real device?"
+        return _ask_whether(question, former.get("measured", True), may_go_back=not first)
+    question = f"Runs to keep from every fit, of {' '.join(names)} (names or val_*.csv, separated by spaces; - none)"
+    proposed = " ".join(former.get("validate", propose_validation(names)))
+    return ask(
+        question, proposed, lambda reply: () if reply == NONE else select_runs(reply.split(), names),
+        may_go_back=not first,
+    )  # fmt: skip
 
 
 def assume_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
@@ -127,16 +136,52 @@ def assume_validation(tables: list[Table], flags: dict[str, Any]) -> tuple[dict[
     return {**flags, "validate": kept}, told
 
 
-def ask_step() -> float:
+def assume_step(
+    tables: Sequence[Table], stated: Mapping[str, Target], flags: dict[str, Any]
+) -> tuple[dict[str, Any], list[str]]:
+    """Take the angle of an encoder count from the lines before a header, where no flag states it.
+
+    Parameters
+    ----------
+    tables
+        The user's tables.
+    stated
+        Column of the format by column of the user's tables, as the user states it.
+    flags
+        Options by name; None, or empty, where absent.
+
+    Returns
+    -------
+    flags, assumed
+        The options with the angle, and a sentence on it; none where no position is in counts, or no file says it.
+    """
+    told = counts_of_a_turn(tables)
+    if flags["resolution"] is not None or told is None or not holds_counts(tables, stated):
+        return flags, []
+    sentence = f"a count is 2*pi/{told[0]} rad, as {told[1]} says above its header (--resolution)"
+    return {**flags, "resolution": 2.0 * math.pi / told[0]}, [sentence]
+
+
+def ask_step(told: tuple[int, str] | None, *, first: bool) -> float:
     """Ask for the angle of one encoder count, without which counts cannot be converted.
+
+    Parameters
+    ----------
+    told
+        Counts of a turn, and the file that says so; None where none does.
+    first
+        Whether no question was asked before.
 
     Returns
     -------
     float
         Angle [rad], 0 or more.
     """
-    question = "Angle of one encoder count [rad] (as 2*pi/4096)"
-    return ask(question, None, lambda reply: _number_of(reply, "angle of a count", least=0.0))
+    proposed, says = (None, "") if told is None else (f"2*pi/{told[0]}", f"; {told[1]} says {told[0]} counts a turn")
+    question = f"Angle of one encoder count [rad] (as 2*pi/4096{says})"
+    return ask(
+        question, proposed, lambda reply: _number_of(reply, "angle of a count", least=0.0), may_go_back=not first
+    )
 
 
 def ask_supply() -> float:
@@ -147,8 +192,8 @@ def ask_supply() -> float:
     float
         Voltage of the motor's amplifier [V], above 0.
     """
-    volts: float = click.prompt("Supply of the motor's amplifier [V]", type=click.FloatRange(min=0, min_open=True))
-    return volts
+    question = "Supply of the motor's amplifier [V]"
+    return ask(question, None, lambda reply: _number_of(reply, "supply", above=0.0), may_go_back=True)
 
 
 def ask_constant(key: str) -> float:
@@ -165,7 +210,8 @@ def ask_constant(key: str) -> float:
         Torque [N m] or force [N] of an ampere, not 0.
     """
     what = "Force of an ampere [N/A]" if key.startswith("force") else "Torque of an ampere [N m/A]"
-    return ask(f"{what} (1 where nobody knows it: masses and friction are then in amperes)", "", _factor)
+    question = f"{what} (1 where nobody knows it: masses and friction are then in amperes)"
+    return ask(question, "", _factor, may_go_back=True)
 
 
 def _factor(reply: str) -> float:
@@ -192,17 +238,25 @@ def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> t
     -------
     noise, resolution : float or None
         Standard deviation and step [rad] ([m]); None where they are to be estimated from the data.
+
+    Raises
+    ------
+    WentBack
+        Where the reply on the noise is `BACK`.
     """
     noises, steps, travel = _estimate_sensor(prepared)
     # As haptid check writes it: where readings rest on the encoder's levels, the step hides the noise.
     written = [write_estimated_noise(*pair) for pair in sorted(zip(noises, steps, strict=True))]
-    noise = _ask_estimated(
-        "Standard deviation of the position's noise [rad]", "noise", (written[0], written[-1]), travel
-    )
-    if resolution is None:
-        ends = [f"{end:.2g}" for end in (min(steps), max(steps))]
-        resolution = _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends, travel)
-    return noise, resolution
+    ends = [f"{end:.2g}" for end in (min(steps), max(steps))]
+    while True:
+        question = "Standard deviation of the position's noise [rad]"
+        noise = _ask_estimated(question, "noise", (written[0], written[-1]), travel)
+        if resolution is not None:
+            return noise, resolution
+        try:
+            return noise, _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends, travel)
+        except WentBack:
+            continue
 
 
 def ask_whether_to_write() -> bool:
@@ -211,8 +265,13 @@ def ask_whether_to_write() -> bool:
     Returns
     -------
     bool
+
+    Raises
+    ------
+    WentBack
+        Where the reply is `BACK`.
     """
-    return _ask_whether("Write the campaign as understood above?", proposed=True)
+    return _ask_whether("Write the campaign as understood above?", proposed=True, may_go_back=True)
 
 
 def ask_what_to_change(choices: Sequence[str]) -> str:
@@ -267,7 +326,7 @@ def _ask_estimated(question: str, what: str, ends: Sequence[str], travel: float)
             )
         return number
 
-    return ask(question, default, read)
+    return ask(question, default, read, may_go_back=True)
 
 
 def _number_of(reply: str, what: str, *, least: float = -math.inf, above: float = -math.inf) -> float:
@@ -282,7 +341,7 @@ def _number_of(reply: str, what: str, *, least: float = -math.inf, above: float 
     return number
 
 
-def _ask_whether(question: str, proposed: bool) -> bool:
+def _ask_whether(question: str, proposed: bool, *, may_go_back: bool) -> bool:
     """Ask for yes or no."""
 
     def read(reply: str) -> bool:
@@ -290,7 +349,7 @@ def _ask_whether(question: str, proposed: bool) -> bool:
             raise click.UsageError("answer y or n")
         return reply.lower().startswith("y")
 
-    return ask(f"{question} (y/n)", "y" if proposed else "n", read)
+    return ask(f"{question} (y/n)", "y" if proposed else "n", read, may_go_back=may_go_back)
 
 
 def ask(question: str, default: str | None, read: Callable[[str], T], *, may_go_back: bool = False) -> T:
@@ -319,8 +378,10 @@ def ask(question: str, default: str | None, read: Callable[[str], T], *, may_go_
     """
 
     def check_reply(reply: str) -> T:
-        if may_go_back and reply.strip().lower() == BACK:
-            raise WentBack
+        if reply.strip().lower() == BACK:
+            if may_go_back:
+                raise WentBack
+            raise click.UsageError("there is no question before this one")
         try:
             return read(reply.strip())
         except InputError as error:

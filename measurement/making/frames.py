@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.support.errors import InputError
 
+MOST_SHOWN_RUNS = 4
+"""Runs that a remark names."""
 FOLDER = Path("frames")
 """Stands in errors for the folder that such a campaign does not have: ``frames/run1, row 7``."""
 
@@ -63,13 +65,16 @@ def campaign_from_frames(
         device=answers.device if loaded is None else loaded,
         closed=frozenset(int(joint) for joint, table in joints.items() if "controller" in table),
     )
-    tables, told = [], []
+    tables = []
+    told: dict[str, list[str]] = {}
+    """Names of the runs by what was done to them."""
     for name, frame in frames.items():
         table, column = assume_seconds(with_seconds(table_of(name, frame), answers.stated)[0], answers.stated)
         _refuse_time_in_index(table, frame, answers.stated)
         tables.append(table)
         if column:
-            told.append(f"{name}: column {column!r} is taken for seconds, as it has no unit; columns= states another")
+            taken = f"column {column!r} is taken for seconds, as it has no unit; columns= states another"
+            told.setdefault(taken, []).append(name)
     prepared = prepare_tables(tables, known, mend=False)
     content = describe_campaign(prepared, answers, device)
     if joints:
@@ -79,10 +84,22 @@ def campaign_from_frames(
         TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: by_file[name], loaded
     )
     for one in prepared:
-        told += [f"{one.file}: {sentence}" for sentence in one.about]
-    for sentence in told:
-        warn(sentence)
-    return campaign.but(remarks=tuple(told))
+        for sentence in one.about:
+            told.setdefault(sentence, []).append(one.file)
+    remarks = tuple(f"{_list_runs(names)}: {sentence}" for sentence, names in told.items())
+    for remark in remarks:
+        warn(remark)
+    return campaign.but(remarks=remarks)
+
+
+def _list_runs(names: Sequence[str]) -> str:
+    """Name the runs that one sentence is about; of many the first ones."""
+    shown = (
+        names
+        if len(names) <= MOST_SHOWN_RUNS
+        else [*names[: MOST_SHOWN_RUNS - 1], f"{len(names) - MOST_SHOWN_RUNS + 1} more"]
+    )
+    return " and ".join([", ".join(shown[:-1]), shown[-1]]) if len(shown) > 1 else shown[0]
 
 
 def frames_by_name(frames: object) -> dict[str, pd.DataFrame]:

@@ -120,7 +120,8 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
         except InputError as error:
             where = error.where.replace(str(copy), str(path))
             raise InputError(where, expected=error.expected, got=error.got, todo=error.todo) from None
-    return replace(table, path=path, lines_before=layout.header, file=copy.name if is_text else ""), layout.words
+    name, preamble = copy.name if is_text else "", tuple(lines[: layout.header])
+    return replace(table, path=path, lines_before=layout.header, file=name, preamble=preamble), layout.words
 
 
 def _refuse_few_rows(path: Path, lines: Sequence[str]) -> None:

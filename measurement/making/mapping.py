@@ -19,12 +19,13 @@ from haptid.measurement.making.lacking_columns import (
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
-from haptid.support.numbers import read_number
 
 TORQUE = re.compile(
     rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A|voltage_({JOINT})_V|duty_({JOINT}))"
 )
 """Columns that drive a joint; one of the groups is its number."""
+NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
+"""The joint's number in a name of the campaign format."""
 FLAG = "--map"
 REFERENCE = re.compile(rf"reference_({JOINT})_(?:rad|m)")
 """Columns that tell a joint's controller where to go; the group is the joint's number."""
@@ -55,39 +56,6 @@ class Target:
     factor: float = 1.0
 
 
-def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
-    """Parse the values of ``--map``.
-
-    Parameters
-    ----------
-    entries
-        ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as ``angle_deg=position_0_rad*0.017453292519943295`` or
-        ``enc=position_0_rad*2*pi/4096``.
-
-    Returns
-    -------
-    dict
-        Column of the format by column of the user's table.
-
-    Raises
-    ------
-    InputError
-        Where an entry has another form, the format has no column NAME, or FACTOR is no number.
-    """
-    targets: dict[str, Target] = {}
-    for entry in entries:
-        column, _, goal = entry.rpartition("=")  # from the right: the user's column may hold "=", a NAME may not
-        name, _, factor = goal.partition("*")
-        if not column or not KNOWN.fullmatch(name):
-            expected = "COLUMN=NAME or COLUMN=NAME*FACTOR with a NAME such as torque_0_Nm or position_0_rad"
-            raise InputError(FLAG, expected=expected, got=repr(entry))
-        try:
-            targets[column] = Target(name=name, factor=read_number(factor or "1"))
-        except ValueError:
-            raise InputError(FLAG, expected=f"a number as the factor of {name}", got=repr(factor)) from None
-    return targets
-
-
 def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
     """Rename the mapped columns and multiply them by their factors.
 
@@ -96,7 +64,7 @@ def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
     table
         The user's table.
     targets
-        What `parse_map` returned.
+        Column of the format by column of the table, as `parse_map` returns it.
 
     Returns
     -------

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.format.columns import JOINT, KNOWN
+from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.joint_names import device_of, numbers_by_name, understand_table
 from haptid.measurement.making.lacking_columns import is_bare_demand, travel_alike
-from haptid.measurement.making.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
+from haptid.measurement.making.mapping import NUMBERED, POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.making.moving_joints import moving_joints
 from haptid.measurement.making.times import with_counter_counted_on
-from haptid.measurement.making.units_in_names import understand_column, understand_columns
 from haptid.measurement.making.usable_rows import (
     UsableTable,
     counted_on,
@@ -35,8 +35,6 @@ TORQUE_COLUMNS = ("torque_{}_Nm", "force_{}_N", "current_{}_A")
 DRIVE_COLUMNS = {"voltage": "voltage_{}_V", "duty": "duty_{}"}
 """Column by the kind of a drive that makes the torque."""
 SUPPLY = "supply_V"
-NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
-"""The joint's number in a name of the campaign format."""
 DECIMALS_OF_POSTURE = 6
 """Decimals of a locked position in campaign.toml: a microradian changes no inertia that can be measured."""
 
@@ -104,8 +102,9 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     InputError
         Where columns are missing or stand for the same signal, or a cell of time or position holds no number.
     """
-    device = _device_of(answers)
-    understood = [_understand(table, answers, device) for table in tables]
+    device = device_of(answers)
+    numbers = {} if device is None else numbers_by_name(device)
+    understood = [understand_table(table, answers.stated, answers.resolution, numbers) for table in tables]
     understood = _counted_from_zero(tables, understood, answers, device)
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
@@ -119,40 +118,6 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
             # Once more: across a gap a joint may turn so far that no jump of the whole run tells of a wrap.
             prepared.append(_prepare(_count_on(part, answers), targets, answers, use=use))
     return prepared
-
-
-def _device_of(answers: Answers) -> Device | None:
-    """Return the device that the user states; None for a single joint."""
-    if answers.device == SINGLE_JOINT:
-        return None
-    return answers.device if isinstance(answers.device, Device) else load_device(answers.device)
-
-
-def _understand(table: Table, answers: Answers, device: Device | None) -> dict[str, Target]:
-    """Return what the columns of a table stand for, with the names of the device's joints for their numbers."""
-    numbers = {} if device is None else _numbers_by_name(device)
-
-    def numbered(column: str) -> str:
-        if column in answers.stated or KNOWN.fullmatch(column) or understand_column(column, 1.0) is not None:
-            return column
-        for name, number in numbers.items():
-            word = rf"(?<![^\W_]){re.escape(name)}(?![^\W_])"
-            changed = re.sub(word, f"joint{number}", column, count=1, flags=re.IGNORECASE)
-            if changed != column:
-                return changed
-        return column
-
-    columns = {numbered(column): column for column in table.columns}
-    if len(columns) < len(table.columns):  # two names of one joint: none is taken for a number
-        columns = {column: column for column in table.columns}
-    targets = understand_columns(list(columns), answers.stated, answers.resolution)
-    return {columns.get(column, column): target for column, target in targets.items()}
-
-
-def _numbers_by_name(device: Device) -> dict[str, int]:
-    """Return the number of each joint of the device by its name, longest names first."""
-    found = {joint.name: number for number, joint in enumerate(device.joints)}
-    return dict(sorted(found.items(), key=lambda pair: -len(pair[0])))
 
 
 def _count_on(usable: UsableTable, answers: Answers) -> UsableTable:

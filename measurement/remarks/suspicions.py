@@ -59,8 +59,8 @@ def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> s
     Such a travel in whole numbers is more likely one in counts.
     """
     travel, step = float(np.ptp(run.y[:, column])), float(estimated.resolution[column])
-    if run.prismatic[column]:
-        return ""
+    if run.prismatic[column] or (step > 0 and _is_power_of_two(2 * np.pi / step)):
+        return ""  # an encoder that counts in parts of a turn of 2π is read in radians
     remedy = "degrees? then multiply the position by 0.0174533"
     if travel > THRESHOLDS.largest_travel_of_revolute_joint_rad:
         if np.array_equal(run.y[:, column], np.round(run.y[:, column])):
@@ -69,7 +69,7 @@ def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> s
         return f"travel {travel:.3g} rad on a revolute joint: {remedy}"
     if travel > THRESHOLDS.largest_travel_over_range * range_of_motion:
         return f"travel {travel:.3g} rad, the device's joint has {range_of_motion:.3g}: {remedy}"
-    if step > 0 and _is_power_of_two(360.0 / step) and not _is_power_of_two(2 * np.pi / step):
+    if step > 0 and _is_power_of_two(360.0 / step):
         return f"the position's step is 360/{round(360.0 / step)}: {remedy}"
     return ""
 

@@ -71,6 +71,8 @@ class Table:
         Whether the table comes from no file.
     file
         Name of the table in a campaign, where it is not that of the file: of a recording, or a part of one.
+    preamble
+        Lines before the header, where they were kept.
     """
 
     path: Path
@@ -78,6 +80,7 @@ class Table:
     lines_before: int = 0
     in_memory: bool = False
     file: str = ""
+    preamble: tuple[str, ...] = ()
 
     @property
     def file_name(self) -> str:

@@ -245,13 +245,12 @@ SAMPLERS = _group(
     (
         "short", "look",
         "The ensembles agree, but the chains are short: ends of intervals may move by a few percent.",
-        "Run without --quick where the ends matter.",
+        "Where the ends matter, run without --quick; after a whole run, fix what the runs leave open.",
     ),
     (
         "too_short", "bad",
         "The chains are too short to tell whether the ensembles agree. They found one mode.",
-        "Do not use these intervals yet: run haptid posterior without --quick. Where a whole run ends so, fix the "
-        "parameters that the runs leave open.",
+        "Do not use these intervals yet: run without --quick; after a whole run, fix what the runs leave open.",
     ),
     (
         "ensembles_disagree", "bad",

@@ -52,7 +52,7 @@ def _describe_chains(posteriors: Sequence[Posterior]) -> str:
         joints.setdefault(p.state, []).append(p.joint)
     sentences: tuple[tuple[SamplerState, str], ...] = (
         ("ensembles_disagree", "Do not use joint {joints}: independent ensembles disagree. "),
-        ("too_short", "Do not use joint {joints} yet: the chains are too short. Run without --quick. "),
+        ("too_short", "Do not use joint {joints} yet: the chains are too short. "),
         ("short", "The chains of joint {joints} agree but are short: ends of intervals may move by a few percent. "),
     )
     return "".join(text.format(joints=_join(joints[state])) for state, text in sentences if state in joints)

@@ -269,10 +269,10 @@ def test_positions_that_wrap_are_counted_on_and_told(frames):
     wrapped = {
         name: frame.assign(**{"Angle 0 (deg)": frame["Angle 0 (deg)"] % 360.0}) for name, frame in frames.items()
     }
-    with pytest.warns(CampaignWarning, match=r"^[abc]: position_0_rad counted on where it wraps"):
+    with pytest.warns(CampaignWarning, match=r"^a, b and c: position_0_rad counted on where it wraps"):
         campaign = Campaign.from_frames(wrapped, validate=["c"])
     plain = Campaign.from_frames(frames, validate=["c"])
-    assert "b: position_0_rad counted on where it wraps by 6.283 rad" in campaign.remarks
+    assert "a, b and c: position_0_rad counted on where it wraps by 6.283 rad" in campaign.remarks
     assert campaign.summary().travel_rad.to_numpy() == pytest.approx(plain.summary().travel_rad.to_numpy())
 
 

@@ -53,7 +53,7 @@ def test_new_asks_where_flags_are_absent(tables, tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     assert "Error: answer y or n\n" in result.output
     assert "invalid input" not in result.output
-    assert "ms is (time_s*0.001 of ms, " in result.output
+    assert "ms is (time_ms, " in result.output
     campaign = read_campaign(tmp_path / "made")
     assert (campaign.title, campaign.device, campaign.measured) == ("Asked", "single_joint", True)
     assert campaign.noise_given

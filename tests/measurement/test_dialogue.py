@@ -77,10 +77,31 @@ def test_back_goes_back_beyond_what_a_table_still_lacks(tables: Path, talk):
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
 
-def test_back_is_no_reply_to_the_first_column(tables: Path, talk):
-    done = talk(tables, FACTS + "back\ntorque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+def test_back_leads_from_the_columns_to_the_facts_before_them(tables: Path, talk):
+    """The runs to keep, then the device, are asked once more, with the replies as the proposals."""
+    kept = "Mine\n\n\none.csv\n"
+    done = talk(
+        tables, kept + "back\nback\nback\n" + "\n\ntwo.csv\n" + "torque_0_Nm\nposition_0_deg\n" + SENSOR + "y\n"
+    )
     assert done.exit_code == 0, done.output
-    assert done.output.count("Error: ") == 1
+    assert "separated by spaces; - none) [one.csv]: back" in done.output
+    campaign = read_campaign(tables.parent / "made")
+    assert {run.file: run.use for run in campaign.runs} == {"one.csv": "fit", "two.csv": "validate"}
+    assert np.ptp(campaign.runs[0].y) == pytest.approx(np.radians(0.6), rel=0.01)
+
+
+def test_back_is_no_reply_to_the_first_question(tables: Path, talk):
+    done = talk(tables, "back\nMine\nback\nOther\n\n\n\n" + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert read_campaign(tables.parent / "made").title == "Other"
+
+
+def test_back_leads_from_the_end_to_the_noise_and_the_columns(tables: Path, talk):
+    """The replies on columns are proposed again."""
+    replies = FACTS + "torque_0_Nm\nposition_0_rad\n" + "1e-3\nback\nback\n" + "\nposition_0_deg\n" + SENSOR
+    done = talk(tables, replies + "back\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(np.radians(0.6), rel=0.01)
 
 
 def test_back_is_a_reply_where_all_columns_are_changed(tables: Path, talk):
@@ -168,3 +189,28 @@ def test_the_noise_below_an_encoder_step_is_told_as_check_tells_it(tables: Path,
     assert asked[1] == f"<{step / 12**0.5:.2g}"
     shown = CliRunner().invoke(check.main, [str(tables.parent / "made")]).output
     assert f" {asked[1]} " in shown
+
+
+def test_columns_are_proposed_for_the_joints_that_their_names_name(tables: Path, talk):
+    """Without units no name is understood; an elbow's torque was proposed as that of joint 0."""
+    for path in tables.iterdir():
+        columns = {"shoulder torque": np.cos(3 * T), "elbow torque": np.cos(2 * T)}
+        columns |= {"shoulder angle": 0.3 * np.sin(3 * T), "elbow angle": 0.2 * np.sin(2 * T)}
+        pd.DataFrame({"time_s": T, **columns}).to_csv(path, index=False)
+    done = talk(tables, "Mine\ndouble_pendulum\n\n\n" + "\n\n" + "position_0_rad\nposition_1_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert re.search(r"elbow torque is \(.*\[torque_1_Nm\]", done.output)
+    (run, *_) = read_campaign(tables.parent / "made").runs
+    assert run.free_joints == (0, 1)
+    np.testing.assert_allclose(run.u[:, 1], np.cos(2 * T))
+
+
+def test_the_counts_of_a_turn_are_proposed_from_the_line_above_the_header(tables: Path, talk):
+    for path in tables.iterdir():
+        counts = np.round(300 * np.sin(3 * T)).astype(int)
+        frame = pd.DataFrame({"time_s": T, "torque_0_Nm": np.cos(3 * T), "encoder counts": counts})
+        path.write_text("# rig 3\n# counts per turn: 4096\n" + frame.to_csv(index=False))
+    done = talk(tables, FACTS + "\n" + "\n" + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "(as 2*pi/4096; one.csv says 4096 counts a turn) [2*pi/4096]" in done.output
+    assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)

@@ -48,7 +48,7 @@ def word_disagreement(fit: Fit, parameters: Sequence[ParameterSummary]) -> str:
         return ""
     return (
         f"Posterior and fit contradict each other: {'; '.join(found)}. One of them is in another minimum, or the "
-        "chains are too short: fit with more --starts, and sample without --quick, before either is trusted."
+        "chains are too short: fit with more --starts before either is trusted."
     )
 
 

@@ -16,8 +16,8 @@ SamplerState = Literal["sound", "short", "too_short", "ensembles_disagree"]
 
 SENTENCES: dict[SamplerState, str] = {
     "sound": "",
-    "short": "the chains are short, so that ends of intervals may move by a few percent; run without --quick",
-    "too_short": "the chains are too short to agree; do not use the intervals yet, run without --quick",
+    "short": "the chains are short, so that ends of intervals may move by a few percent",
+    "too_short": "the chains are too short to agree; do not use the intervals yet",
     "ensembles_disagree": "independent ensembles found different posteriors; do not use the intervals",
 }
 """What the terminal says at the head of a joint; nothing where all is well."""

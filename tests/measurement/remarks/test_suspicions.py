@@ -214,6 +214,8 @@ def test_degrees_of_a_small_travel_are_told_by_the_device_or_the_encoder():
     assert "the device's joint has 1" in "; ".join(suspicions(run, with_noise(run), 0, limits=Limits(travel=1.0)))
     assert "the position's step is 360/16384: degrees?" in remarks_on(a_run(t, u, in_steps(degrees, 360 / 2**14)))
     assert not remarks_on(a_run(t, u, in_steps(y, 2 * np.pi / 2**14)))
+    # Many turns of a motor whose encoder has 4096 counts of 2π/4096.
+    assert "degrees?" not in remarks_on(a_run(t, u, in_steps(200 * y, 2 * np.pi / 2**12)))
 
 
 def test_rows_that_are_the_same_to_the_last_digits_are_remarked():

@@ -89,4 +89,4 @@ def test_short_chains_of_one_mode_are_too_short_and_do_not_disagree():
     assert tell_state("sound") == []
     (line,) = tell_state("too_short")
     assert line.startswith("  too short: ")
-    assert "without --quick" in line
+    assert "do not use the intervals yet" in line

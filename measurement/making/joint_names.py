@@ -1,0 +1,111 @@
+"""Columns by the names of the device's joints: ``elbow torque (Nm)`` of an arm in, ``torque_1_Nm`` out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.mapping import Target
+from haptid.measurement.making.units_in_names import understand_column, understand_columns
+from haptid.measurement.tables.table import Table
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+
+
+def device_of(answers: Answers) -> Device | None:
+    """Return the device that the user states.
+
+    Parameters
+    ----------
+    answers
+        What the user states.
+
+    Returns
+    -------
+    Device or None
+        None for a single joint.
+    """
+    if answers.device == SINGLE_JOINT:
+        return None
+    return answers.device if isinstance(answers.device, Device) else load_device(answers.device)
+
+
+def numbers_by_name(device: Device) -> dict[str, int]:
+    """Return the number of each joint of the device by its name, longest names first.
+
+    Parameters
+    ----------
+    device
+        Device.
+
+    Returns
+    -------
+    dict
+    """
+    found = {joint.name: number for number, joint in enumerate(device.joints)}
+    return dict(sorted(found.items(), key=lambda pair: -len(pair[0])))
+
+
+def joint_named_in(column: str, numbers: Mapping[str, int]) -> tuple[int | None, str]:
+    """Find the joint that a column's name names.
+
+    Parameters
+    ----------
+    column
+        Name of a column.
+    numbers
+        Number of each joint by its name, as `numbers_by_name` returns them.
+
+    Returns
+    -------
+    number, numbered : int or None, str
+        Number of the joint, None where no name is there, and the column's name with the number for the joint's name.
+    """
+    for name, number in numbers.items():
+        word = rf"(?<![^\W_]){re.escape(name)}(?![^\W_])"
+        changed = re.sub(word, f"joint{number}", column, count=1, flags=re.IGNORECASE)
+        if changed != column:
+            return number, changed
+    return None, column
+
+
+def understand_table(
+    table: Table, stated: Mapping[str, Target], resolution: float | None, numbers: Mapping[str, int]
+) -> dict[str, Target]:
+    """Return what the columns of a table stand for, with the names of the device's joints for their numbers.
+
+    Parameters
+    ----------
+    table
+        The user's table.
+    stated
+        What the user says of columns; it overrules their names.
+    resolution
+        Size of one encoder count [rad] or [m]; None where it is not stated.
+    numbers
+        As `joint_named_in` takes them.
+
+    Returns
+    -------
+    dict
+        Column of the format by the user's column, as `understand_columns` returns it.
+
+    Raises
+    ------
+    InputError
+        As `understand_columns`.
+    """
+
+    def numbered(column: str) -> str:
+        if column in stated or KNOWN.fullmatch(column) or understand_column(column, 1.0) is not None:
+            return column
+        return joint_named_in(column, numbers)[1]
+
+    columns = {numbered(column): column for column in table.columns}
+    if len(columns) < len(table.columns):  # two names of one joint: none is taken for a number
+        columns = {column: column for column in table.columns}
+    targets = understand_columns(list(columns), stated, resolution)
+    return {columns.get(column, column): target for column, target in targets.items()}
