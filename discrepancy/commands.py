@@ -63,4 +63,4 @@ def missing(**settings: Any) -> Any:
     Gaps are RMS in rad (m for a joint that slides), in N m (N) where the torque is what is explained. With --json,
     --joint prints its finding; any other choice an object of findings by the name of their file.
     """
-    return call("haptid.discrepancy.run", "search_campaign", **settings)
+    return call("haptid.discrepancy.search_campaign", "search_campaign", **settings)

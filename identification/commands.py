@@ -63,4 +63,4 @@ def identify(**settings: Any) -> Any:
     joints that were finished; the fit under way begins anew. Exit codes: 0, 1 a numerical failure, 2 bad input, 130
     Ctrl-C.
     """
-    return call("haptid.identification.run", "identify_campaign", **settings)
+    return call("haptid.identification.identify_campaign", "identify_campaign", **settings)

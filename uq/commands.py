@@ -60,4 +60,4 @@ def posterior(**settings: Any) -> Any:
 
     Units: rad, N m, kg m² (m, N, kg for a joint that slides), s.
     """
-    return call("haptid.uq.run", "sample_campaign", **settings)
+    return call("haptid.uq.sample_campaign", "sample_campaign", **settings)

@@ -53,7 +53,9 @@ def test_every_command_has_a_version(name: str):
     assert (done.exit_code, done.output) == (0, f"haptid, version {version()}\n")
 
 
-@pytest.mark.parametrize("loaded", ["click", "haptid.identification.commands", "haptid.identification.run"])
+@pytest.mark.parametrize(
+    "loaded", ["click", "haptid.identification.commands", "haptid.identification.identify_campaign"]
+)
 def test_an_interruption_while_modules_are_loaded_is_one_line(loaded: str):
     """Within the first moments Ctrl-C ended with a traceback or with click's exit code 1."""
     script = f"""

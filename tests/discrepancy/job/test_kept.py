@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.command_line import main
-from haptid.discrepancy import run as module
+from haptid.discrepancy import search_campaign as module
 from haptid.measurement.format.embedded import embedded_campaign
 
 

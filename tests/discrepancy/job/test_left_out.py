@@ -12,7 +12,7 @@ from haptid.api.place import Place
 from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.job.job import Job, catalogue_without
 from haptid.discrepancy.job.search import findings_below, prepare_whole, tell_other_laws
-from haptid.discrepancy.run import search_campaign
+from haptid.discrepancy.search_campaign import search_campaign
 from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
 from haptid.support.errors import InputError
