@@ -27,7 +27,7 @@ from haptid.measurement.format.places import outside_allowed
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
 from haptid.measurement.making.frames import campaign_from_frames, frames_by_name
-from haptid.measurement.making.map_option import parse_map
+from haptid.measurement.naming.map_option import parse_map
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.run import Hold, Run
 from haptid.model.device.device import Device

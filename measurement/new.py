@@ -22,8 +22,6 @@ from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.from_flags import answers_of, complete
 from haptid.measurement.making.logged_table import TEXTS, is_table, read_logged_table
-from haptid.measurement.making.map_option import parse_map
-from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import (
     PreparedTable,
     current_constants,
@@ -34,8 +32,10 @@ from haptid.measurement.making.prepared import (
     prepare_tables,
 )
 from haptid.measurement.making.times import assume_seconds, with_seconds
-from haptid.measurement.making.units_in_names import known_names
 from haptid.measurement.making.writing import refuse_overwrite, write_table
+from haptid.measurement.naming.map_option import parse_map
+from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.units_in_names import known_names
 from haptid.measurement.recordings.recording import KINDS, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign

@@ -18,12 +18,12 @@ import click
 
 from haptid.measurement.asking.questions import BACK, NONE, WentBack, ask
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.joint_names import device_of, joint_named_in, numbers_by_name, understand_table
-from haptid.measurement.making.lacking_columns import propose_target
-from haptid.measurement.making.map_option import parse_map
-from haptid.measurement.making.mapping import COLUMNS_NEEDED, NUMBERED, Target, free_joints, lacking_signals
+from haptid.measurement.making.answers import Answers, device_of
 from haptid.measurement.making.times import is_bare_time
+from haptid.measurement.naming.joint_names import joint_named_in, numbers_by_name, understand_table
+from haptid.measurement.naming.lacking_columns import propose_target
+from haptid.measurement.naming.map_option import parse_map
+from haptid.measurement.naming.mapping import COLUMNS_NEEDED, NUMBERED, Target, free_joints, lacking_signals
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 

@@ -28,9 +28,7 @@ from haptid.measurement.asking.questions import (
     ask_whether_to_write,
 )
 from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.encoder_counts import counts_of_a_turn, holds_counts
 from haptid.measurement.making.from_flags import answers_of, complete
-from haptid.measurement.making.mapping import Target, refuse_reference_alone
 from haptid.measurement.making.prepared import (
     PreparedTable,
     current_constants,
@@ -39,6 +37,8 @@ from haptid.measurement.making.prepared import (
     lack_supply,
     prepare_tables,
 )
+from haptid.measurement.naming.encoder_counts import counts_of_a_turn, holds_counts
+from haptid.measurement.naming.mapping import Target, refuse_reference_alone
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
-from haptid.measurement.making.encoder_counts import counts_of_a_turn, holds_counts
-from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import PreparedTable
+from haptid.measurement.naming.encoder_counts import counts_of_a_turn, holds_counts
+from haptid.measurement.naming.mapping import Target
 from haptid.measurement.signals.noise import estimate_noise, write_estimated_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.tables.table import Table

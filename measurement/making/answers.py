@@ -9,8 +9,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from haptid.measurement.format.devices import SINGLE_JOINT, SUFFIXES, device_names
-from haptid.measurement.making.mapping import Target
+from haptid.measurement.naming.mapping import Target
 from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file
 from haptid.support.suggestion import did_you_mean
@@ -67,6 +68,24 @@ class Answers:
     torque_constant: float | None = None
     resistance: float | None = None
     supply: float | None = None
+
+
+def device_of(answers: Answers) -> Device | None:
+    """Return the device that the user states.
+
+    Parameters
+    ----------
+    answers
+        What the user states.
+
+    Returns
+    -------
+    Device or None
+        None for a single joint.
+    """
+    if answers.device == SINGLE_JOINT:
+        return None
+    return answers.device if isinstance(answers.device, Device) else load_device(answers.device)
 
 
 def propose_device(folder: Path) -> str:

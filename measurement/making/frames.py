@@ -13,9 +13,9 @@ from haptid.measurement.format.devices import SUFFIXES
 from haptid.measurement.format.reading import campaign_from
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import describe_campaign, prepare_tables
 from haptid.measurement.making.times import assume_seconds, has_time, is_time, with_seconds
+from haptid.measurement.naming.mapping import Target
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign

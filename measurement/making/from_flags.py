@@ -8,7 +8,6 @@ from typing import Any
 
 from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
 from haptid.measurement.making.answers import Answers, find_device, select_runs
-from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.prepared import (
     PreparedTable,
     current_constants,
@@ -16,6 +15,7 @@ from haptid.measurement.making.prepared import (
     map_currents,
     with_supply,
 )
+from haptid.measurement.naming.mapping import Target
 from haptid.measurement.tables.table import Table
 from haptid.support.command import parse_joints
 from haptid.support.errors import InputError

@@ -12,10 +12,7 @@ import pandas as pd
 
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.format.devices import SINGLE_JOINT
-from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.joint_names import device_of, numbers_by_name, understand_table
-from haptid.measurement.making.lacking_columns import is_bare_demand, travel_alike
-from haptid.measurement.making.mapping import NUMBERED, POSITION, REFERENCE, Target, free_joints, map_columns
+from haptid.measurement.making.answers import Answers, device_of
 from haptid.measurement.making.moving_joints import moving_joints
 from haptid.measurement.making.times import with_counter_counted_on
 from haptid.measurement.making.usable_rows import (
@@ -25,6 +22,9 @@ from haptid.measurement.making.usable_rows import (
     usable_rows,
     without_shared_rows,
 )
+from haptid.measurement.naming.joint_names import numbers_by_name, understand_table
+from haptid.measurement.naming.lacking_columns import is_bare_demand, travel_alike
+from haptid.measurement.naming.mapping import NUMBERED, POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.postures import median_postures
 from haptid.measurement.values.run import Array

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.making.mapping import Target
-from haptid.measurement.making.units_in_names import QUANTITIES, understand_column
+from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.units_in_names import QUANTITIES, understand_column
 from haptid.measurement.tables.misnamed import looks_like_time
 from haptid.measurement.tables.table import ISO_DATE, Table
 from haptid.measurement.thresholds import THRESHOLDS

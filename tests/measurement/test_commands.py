@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from haptid.measurement import check, new
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import propose_device, propose_validation
-from haptid.measurement.making.lacking_columns import tell_how_to_name
+from haptid.measurement.naming.lacking_columns import tell_how_to_name
 
 
 @pytest.fixture

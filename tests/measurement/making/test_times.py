@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from haptid.measurement.making.logged_table import read_logged_table
-from haptid.measurement.making.mapping import Target
 from haptid.measurement.making.times import assume_seconds, with_counter_counted_on, with_seconds
+from haptid.measurement.naming.mapping import Target
 from haptid.measurement.tables.table import Table, read_table
 from haptid.support.errors import InputError
 

@@ -23,7 +23,7 @@ from scipy.io import savemat
 
 from haptid.measurement import new
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.making.lacking_columns import tell_how_to_name
+from haptid.measurement.naming.lacking_columns import tell_how_to_name
 from haptid.measurement.new import main
 from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.recording import recordings_in

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.making.mapping import FLAG, Target
-from haptid.measurement.making.units_in_names import in_counts, understand_column
+from haptid.measurement.naming.mapping import FLAG, Target
+from haptid.measurement.naming.units_in_names import in_counts, understand_column
 from haptid.support.errors import InputError
 from haptid.support.numbers import read_number
 

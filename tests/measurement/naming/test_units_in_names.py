@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from haptid.measurement.making.mapping import Target
-from haptid.measurement.making.units_in_names import understand_column, understand_columns
+from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.units_in_names import understand_column, understand_columns
 from haptid.support.errors import InputError
 
 DEG = math.pi / 180

@@ -6,31 +6,10 @@ import re
 from collections.abc import Mapping
 
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.format.devices import SINGLE_JOINT
-from haptid.measurement.making.answers import Answers
-from haptid.measurement.making.mapping import Target
-from haptid.measurement.making.units_in_names import understand_column, understand_columns
+from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.units_in_names import understand_column, understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.model.device.device import Device
-from haptid.model.device.reader import load_device
-
-
-def device_of(answers: Answers) -> Device | None:
-    """Return the device that the user states.
-
-    Parameters
-    ----------
-    answers
-        What the user states.
-
-    Returns
-    -------
-    Device or None
-        None for a single joint.
-    """
-    if answers.device == SINGLE_JOINT:
-        return None
-    return answers.device if isinstance(answers.device, Device) else load_device(answers.device)
 
 
 def numbers_by_name(device: Device) -> dict[str, int]:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.mapping import Target
+from haptid.measurement.naming.mapping import Target
 from haptid.support.errors import InputError
 
 DEG = math.pi / 180

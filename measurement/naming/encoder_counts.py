@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from haptid.measurement.making.units_in_names import in_counts
+from haptid.measurement.naming.units_in_names import in_counts
 from haptid.measurement.tables.table import Table
 
 _COUNTS = r"(?:counts?|cnts?|ticks?)"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.making.lacking_columns import (
+from haptid.measurement.naming.lacking_columns import (
     find_followed,
     holds_likely,
     is_prismatic_joint,

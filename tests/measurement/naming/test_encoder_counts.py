@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.making.encoder_counts import counts_of_a_turn
+from haptid.measurement.naming.encoder_counts import counts_of_a_turn
 from haptid.measurement.new import main
 from haptid.measurement.tables.table import Table
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from haptid.measurement.making.map_option import parse_map
-from haptid.measurement.making.mapping import Target
+from haptid.measurement.naming.map_option import parse_map
+from haptid.measurement.naming.mapping import Target
 from haptid.support.errors import InputError
 
 
