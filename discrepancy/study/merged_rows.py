@@ -41,29 +41,31 @@ def merged(study: Study, every: int) -> Study:
     return replace(study, fitted=fitted, unseen=unseen, sealed=sealed, rows_merged=every)
 
 
-def rows_to_merge(study: Study) -> int:
+def rows_to_merge(study: Study, most: int = THRESHOLDS.study.most_rows_searched) -> int:
     """Return how many rows may be merged into one, by the number of rows and by what the torque does between them.
 
     Parameters
     ----------
     study
         Study with all its rows.
+    most
+        Number of fitted rows that are few enough.
 
     Returns
     -------
     int
-        1 where the fitted runs have at most `most_rows_searched` rows. Else as many as bring them there, but not more
+        1 where the fitted runs have at most ``most`` rows. Else as many as bring them there, but not more
         than lie within the inner step `coarse_step_s`, and not so many that the torque changes within them by more than
         `largest_torque_change_within_merged_rows`. 1 for runs whose input is not a torque, and for readings that the
         recorder averaged: a mean over other rows would not be what it averaged.
     """
     rows = sum(run.t.size - run.score_from for run in study.fitted)
     runs = (*study.fitted, *study.unseen, *study.sealed)
-    if rows <= THRESHOLDS.study.most_rows_searched or not all(map(can_be_merged, runs)):
+    if rows <= most or not all(map(can_be_merged, runs)):
         return 1
     spacing = max(float(np.median(np.diff(run.t))) for run in runs)
     longest = int(THRESHOLDS.study.coarse_step_s / spacing + 1e-6)
-    every = min(-(-rows // THRESHOLDS.study.most_rows_searched), longest)
+    every = min(-(-rows // most), longest)
     while every > 1 and largest_change(runs, every) > THRESHOLDS.study.largest_torque_change_within_merged_rows:
         every -= 1
     return max(every, 1)

@@ -15,6 +15,11 @@ class UnnamedThresholds:
     least_share_added_by_second_variable: float = 0.05
     """Further share that a second variable has to close [1]."""
 
+    # Step 18: which variables.
+    most_rows_of_rough_shape: int = 5_000
+    """Number of fitted rows [1] up to which each shape is tried with all of them: of more, several are merged into one
+    until the likeliest shape is known, which is then fitted to all."""
+
     # Step 18: the spline over one variable.
     spline_intervals: int = 7
     """Number of stretches of the variable, each with a cubic of its own."""

@@ -1,6 +1,7 @@
 """Fit a missing torque that has no name: `Study` and the `Solution` that lacks it in, `Shape` out.
 
-1. Fit a spline over each single variable of each joint through homotopy, and the likeliest one to the end.
+1. Fit a spline over each single variable of each joint through homotopy, of long recordings with several rows merged
+   into one, and the likeliest one to the end.
 2. Where that closes too little of the residual, fit surfaces over two variables of the same joint in the same way.
 3. Return the surface where it closes clearly more than the curve, or else the curve.
 
@@ -24,6 +25,7 @@ from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.homotopy import through_homotopy
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.channels import alone
+from haptid.discrepancy.study.merged_rows import merged, rows_to_merge
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, Curve, without_polynomial
@@ -149,7 +151,8 @@ def missing(study: Study, model: Solution) -> Shape:
 
 def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
     """Fit all candidates roughly, side by side, and the likeliest of them to the end."""
-    rough = map_threads(partial(_roughly, at_step(study, study.factory.sketch), white), tried, threads=study.threads)
+    few = merged(study, rows_to_merge(study, THRESHOLDS.unnamed.most_rows_of_rough_shape))
+    rough = map_threads(partial(_roughly, at_step(few, study.factory.sketch), white), tried, threads=study.threads)
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
     return _over(study, white, begun, place)

@@ -50,7 +50,7 @@ DRIVEN = ("torque", "position")
 
 
 def ask_lacking_columns(
-    tables: Sequence[Table], answers: Answers, former: Mapping[str, Target], *, first: bool
+    tables: Sequence[Table], answers: Answers, past: list[Asked], former: dict[str, Target], *, first: bool
 ) -> dict[str, Target]:
     """Ask for the columns whose names do not say what they are, as long as time, position or what drives lacks.
 
@@ -61,10 +61,13 @@ def ask_lacking_columns(
     answers
         What flags, or earlier replies, say of columns, free joints, the size of an encoder count, and the device, whose
         joints' names are understood.
+    past
+        Questions on columns that have their replies, to which those of this call are added. The last of them is asked
+        once more where it is not among ``answers``, as after `BACK` to a later question.
     former
-        Replies that were taken back, which are proposed again.
+        Replies that were taken back, which are proposed again; added to.
     first
-        Whether no question was asked before.
+        Whether no question was asked before those on columns.
 
     Returns
     -------
@@ -78,9 +81,13 @@ def ask_lacking_columns(
     WentBack
         Where the reply to the first column is `BACK`, and questions were asked before.
     """
-    device, past = device_of(answers), list[_Asked]()
+    device = device_of(answers)
     names = Names(step=answers.resolution, joints={} if device is None else numbers_by_name(device))
     replies = {**_plain_times(tables, answers.stated, names), **answers.stated}
+    asked_before = bool(past)
+    if past and past[-1].is_taken_back:
+        last = past.pop()
+        replies = _ask_in_turn([(last.column, last.question)], last.before, past, former, first=first)
     while (fault := _find_fault(tables, replace(answers, stated=replies), names)) is not None:
         table, error, lacking = fault
         known = _understand(table, replies, names)
@@ -90,11 +97,9 @@ def ask_lacking_columns(
         columns = unknown if lacking and unknown else replied
         if not columns:
             raise error
-        click.echo(_tell_fault(table, error, lacking, again=bool(past)))
-        questions = [
-            (column, partial(_ask_column, column, table, lacking, names, former.get(column))) for column in columns
-        ]
-        replies = _ask_in_turn(questions, replies, past, first=first)
+        click.echo(_tell_fault(table, error, lacking, again=bool(past) or asked_before))
+        questions = [(column, partial(_ask_column, column, table, lacking, names, former)) for column in columns]
+        replies = _ask_in_turn(questions, replies, past, former, first=first)
     return replies
 
 
@@ -115,16 +120,34 @@ class Names:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Asked:
-    """A question that has its reply: column, question, and the replies before it."""
+class Asked:
+    """A question on a column that has its reply.
+
+    Parameters
+    ----------
+    column
+        The column.
+    question
+        The question.
+    before
+        Replies before it.
+    is_taken_back
+        Whether its reply was taken back, so that it is to be asked once more.
+    """
 
     column: str
     question: AskOne
     before: Replies
+    is_taken_back: bool = False
 
 
 def _ask_in_turn(
-    questions: Sequence[tuple[str, AskOne]], replies: Replies, past: list[_Asked], *, first: bool
+    questions: Sequence[tuple[str, AskOne]],
+    replies: Replies,
+    past: list[Asked],
+    former: dict[str, Target],
+    *,
+    first: bool,
 ) -> Replies:
     """Ask one question after the other, and those of ``past`` again as often as the user goes back; extend ``past``."""
     waiting = list(questions)
@@ -137,9 +160,10 @@ def _ask_in_turn(
                 raise
             last = past.pop()
             waiting.insert(0, (last.column, last.question))
+            former |= replies
             replies = last.before
             continue
-        past.append(_Asked(column=column, question=question, before=replies))
+        past.append(Asked(column=column, question=question, before=replies))
         replies = made
         del waiting[0]
     return replies
@@ -168,10 +192,15 @@ def ask_all_columns(
     -------
     dict
         Column of the format by column of the user's tables.
+
+    Raises
+    ------
+    WentBack
+        Where the reply to the first column is `BACK`.
     """
     columns = dict.fromkeys(column for table in tables for column in table.columns)
     questions = [(column, partial(_ask_again, column, understood.get(column))) for column in columns]
-    return _ask_in_turn(questions, dict(stated), [], first=True)
+    return _ask_in_turn(questions, dict(stated), [], {}, first=False)
 
 
 def _ask_again(column: str, understood: Target | None, replies: Replies, before: str) -> Replies:
@@ -200,7 +229,7 @@ def _ask_column(
     table: Table,
     lacking: Sequence[str],
     names: Names,
-    former: Target | None,
+    former: Mapping[str, Target],
     replies: Replies,
     before: str,
 ) -> Replies:
@@ -209,7 +238,7 @@ def _ask_column(
     taken = {target.name for target in _understand(table, others, names).values()} | {
         name for name in table.columns if KNOWN.fullmatch(name)
     }
-    earlier = replies.get(column, former)
+    earlier = replies.get(column, former.get(column))
     goal, note = ("", "") if earlier is not None else _propose(column, table, lacking, taken, names.joints)
     default = _write(earlier) if earlier is not None else "" if note else goal
     ways = f"{goal}; {note}" if note else ", ".join([*(EXAMPLES[signal] for signal in lacking or DRIVEN), "…"])

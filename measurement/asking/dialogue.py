@@ -14,10 +14,11 @@ from typing import Any
 
 import click
 
-from haptid.measurement.asking.columns import Names, ask_all_columns, ask_lacking_columns, names_of
+from haptid.measurement.asking.columns import Asked, Names, ask_all_columns, ask_lacking_columns, names_of
 from haptid.measurement.asking.questions import (
     BACK,
     FACTS,
+    Sensor,
     WentBack,
     ask_constant,
     ask_fact,
@@ -132,11 +133,16 @@ class _Talk:
         self.given = [name for name, value in self.flags.items() if value is not None]
         self.former: dict[str, Any] = {}
         self.understood: dict[str, Target] = {}
-        self.sensor: tuple[float | None, float | None] | None = None
+        self.sensor: Sensor | None = None
+        self.former_sensor: Sensor | None = None
         self.before: list[tuple[str, dict[str, Target]]] = []
         """Each option that was asked for, in turn, with the columns that were known before; `COLUMNS` too."""
+        self.past: list[Asked] = []
+        """Questions on columns that have their replies."""
         self.taken_back: dict[str, Target] = {}
         """Replies on columns that are proposed again."""
+        self.changing = ""
+        """Option whose earlier reply is being changed; its question has no other before it."""
         self.asked_columns = False
         self.may_be_wrong = False
         """Whether an error may be the fault of a reply, and not of the tables or of flags."""
@@ -150,58 +156,85 @@ class _Talk:
                 self._take(option, reply)
         if self.flags["resolution"] is None and holds_counts(self.tables, self.replies):
             self._take("resolution", ask_step(counts_of_a_turn(self.tables), first=not self.before))
-        replies = ask_lacking_columns(self.tables, self._answers(), self.taken_back, first=not self.before)
-        if replies != self.replies:
-            self.before.append((COLUMNS, self.replies))
-            self.asked_columns = True
+        replies = ask_lacking_columns(
+            self.tables, self._answers(), self.past, self.taken_back, first=not self.before and not self.changing
+        )
+        self._remember_columns()
+        self.asked_columns |= replies != self.replies
         self.may_be_wrong, self.replies = self.asked_columns, replies
         prepared = prepare_tables(self.tables, self._answers())
         self.understood = {column: target for one in prepared for column, target in one.targets.items()}
         self.may_be_wrong |= "device" not in self.given
         if self.flags["supply"] is None and lack_supply(prepared):
-            self._take("supply", ask_supply())
+            self._take("supply", ask_supply(self.former.get("supply")))
         constants = current_constants(prepared)
         if self.flags["torque_constant"] is None and constants:
-            self._take("torque_constant", ask_constant(next(iter(constants.values()))))
+            self._take(
+                "torque_constant", ask_constant(next(iter(constants.values())), self.former.get("torque_constant"))
+            )
         answers = self._answers()
         return answers, complete(prepared, answers)
 
     def take_back(self) -> None:
         """Take the last reply back; the next `ask` asks for it once more."""
+        if self.changing:
+            # The change is given up: what was replied before holds.
+            self.flags[self.changing], self.changing = self.former[self.changing], ""
+            return
+        self._remember_columns()
         if self.sensor is not None:
-            self.sensor = None
+            self.former_sensor, self.sensor = self.sensor, None
         elif self.before:
             option, replies = self.before.pop()
-            self.taken_back, self.replies = {**self.taken_back, **self.replies}, replies
+            self.taken_back |= self.replies
+            self.replies = replies
             if option != COLUMNS:
                 self.former[option], self.flags[option] = self.flags[option], None
+            elif self.past:
+                self.past[-1] = replace(self.past[-1], is_taken_back=True)
+
+    def _remember_columns(self) -> None:
+        """Put the columns that have their replies among what was asked: behind the facts, before the drive."""
+        first = [one for one in self.before if one[0] in (*FACTS, "resolution")]
+        last = [one for one in self.before if one[0] not in (*FACTS, "resolution", COLUMNS)]
+        self.before = [*first, *((COLUMNS, one.before) for one in self.past), *last]
 
     def _take(self, option: str, reply: Any) -> None:
         """Take the reply to a question."""
-        self.before.append((option, self.replies))
         self.flags[option] = reply
+        if option == self.changing:
+            self.changing = ""
+        else:
+            self.before.append((option, self.replies))
 
     def ask_sensor(self, answers: Answers, prepared: Sequence[PreparedTable]) -> Answers:
         """Ask for noise and encoder step, once, and return the answers with them."""
         if self.sensor is None:
-            self.sensor = ask_sensor(prepared, answers.resolution)
-        noise, resolution = self.sensor
-        return replace(answers, noise=noise, resolution=resolution)
+            again, self.former_sensor = self.former_sensor, None
+            self.sensor = ask_sensor(prepared, answers.resolution, again, at_step=again is not None)
+        return replace(answers, noise=self.sensor.noise, resolution=self.sensor.step)
 
     def change(self) -> None:
-        """Ask what is to be changed; the next `ask` asks for it."""
+        """Ask what is to be changed; the next `ask` asks for it. `BACK` leaves all as it is."""
         choices = [
             word for word, option in OPTIONS.items() if option not in self.given and self.flags[option] is not None
         ]
-        choice = ask_what_to_change([*choices, COLUMNS, *([SENSOR] if self.sensor is not None else [])])
-        if choice == COLUMNS:
-            self.replies = ask_all_columns(self.tables, self.understood, self.replies)
-            self.asked_columns = True
-        elif choice == SENSOR:
-            self.sensor = None
-        else:
-            option = OPTIONS[choice]
-            self.former[option], self.flags[option] = self.flags[option], None
+        try:
+            choice = ask_what_to_change([*choices, COLUMNS, *([SENSOR] if self.sensor is not None else [])])
+            if choice == COLUMNS:
+                self.replies = ask_all_columns(self.tables, self.understood, self.replies)
+                # What was replied before is no longer the way here.
+                self.past, self.before = [], [one for one in self.before if one[0] != COLUMNS]
+                self.before = [(option, self.replies) for option, _ in self.before]
+                self.asked_columns = True
+            elif choice == SENSOR:
+                self.sensor = None
+            else:
+                option = OPTIONS[choice]
+                self.former[option], self.flags[option] = self.flags[option], None
+                self.changing = option
+        except WentBack:
+            return
 
     def _answers(self) -> Answers:
         flags = {**self.flags, "validate": self.flags["validate"] or ()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -184,8 +185,13 @@ def ask_step(told: tuple[int, str] | None, *, first: bool) -> float:
     )
 
 
-def ask_supply() -> float:
+def ask_supply(former: float | None) -> float:
     """Ask for the supply, without which a duty says nothing of a voltage.
+
+    Parameters
+    ----------
+    former
+        Earlier reply, which is proposed again; None where there is none.
 
     Returns
     -------
@@ -193,16 +199,19 @@ def ask_supply() -> float:
         Voltage of the motor's amplifier [V], above 0.
     """
     question = "Supply of the motor's amplifier [V]"
-    return ask(question, None, lambda reply: _number_of(reply, "supply", above=0.0), may_go_back=True)
+    proposed = None if former is None else f"{former:g}"
+    return ask(question, proposed, lambda reply: _number_of(reply, "supply", above=0.0), may_go_back=True)
 
 
-def ask_constant(key: str) -> float:
+def ask_constant(key: str, former: float | None) -> float:
     """Ask for the torque of an ampere, without which a current says nothing of a torque.
 
     Parameters
     ----------
     key
         Key of the campaign that states it.
+    former
+        Earlier reply, which is proposed again; None where there is none.
 
     Returns
     -------
@@ -211,7 +220,7 @@ def ask_constant(key: str) -> float:
     """
     what = "Force of an ampere [N/A]" if key.startswith("force") else "Torque of an ampere [N m/A]"
     question = f"{what} (1 where nobody knows it: masses and friction are then in amperes)"
-    return ask(question, "", _factor, may_go_back=True)
+    return ask(question, "" if former is None else f"{former:g}", _factor, may_go_back=True)
 
 
 def _factor(reply: str) -> float:
@@ -224,7 +233,23 @@ def _factor(reply: str) -> float:
     return number
 
 
-def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> tuple[float | None, float | None]:
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """Replies on the position's sensor.
+
+    Parameters
+    ----------
+    noise, step
+        Standard deviation and encoder step [rad] ([m]); None where they are to be estimated from the data.
+    """
+
+    noise: float | None
+    step: float | None
+
+
+def ask_sensor(
+    prepared: Sequence[PreparedTable], resolution: float | None, former: Sensor | None, *, at_step: bool
+) -> Sensor:
     """Ask for noise and encoder step of the position, with what the data tell as the replies to a bare Enter.
 
     Parameters
@@ -233,11 +258,14 @@ def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> t
         Tables with their free joints.
     resolution
         Encoder step [rad] ([m]), where it is known already.
+    former
+        Earlier replies, which are proposed again.
+    at_step
+        Whether to begin with the step, as after `BACK` to what follows it.
 
     Returns
     -------
-    noise, resolution : float or None
-        Standard deviation and step [rad] ([m]); None where they are to be estimated from the data.
+    Sensor
 
     Raises
     ------
@@ -248,15 +276,18 @@ def ask_sensor(prepared: Sequence[PreparedTable], resolution: float | None) -> t
     # As haptid check writes it: where readings rest on the encoder's levels, the step hides the noise.
     written = [write_estimated_noise(*pair) for pair in sorted(zip(noises, steps, strict=True))]
     ends = [f"{end:.2g}" for end in (min(steps), max(steps))]
+    noise, step = (None, None) if former is None else (former.noise, former.step)
+    at_step = at_step and resolution is None
     while True:
-        question = "Standard deviation of the position's noise [rad]"
-        noise = _ask_estimated(question, "noise", (written[0], written[-1]), travel)
+        if not at_step:
+            question = "Standard deviation of the position's noise [rad]"
+            noise = _ask_estimated(question, "noise", (written[0], written[-1]), travel, noise)
         if resolution is not None:
-            return noise, resolution
+            return Sensor(noise, resolution)
         try:
-            return noise, _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends, travel)
+            return Sensor(noise, _ask_estimated("Step of the encoder [rad] (as 2*pi/4096)", "step", ends, travel, step))
         except WentBack:
-            continue
+            at_step = False
 
 
 def ask_whether_to_write() -> bool:
@@ -295,7 +326,7 @@ def ask_what_to_change(choices: Sequence[str]) -> str:
         return fitting[0]
 
     listed, todo = ", ".join(choices), f"answer {', '.join(choices[:-1])} or {choices[-1]}"
-    return ask(f"What is to be changed? ({listed}; Ctrl-C leaves without writing)", None, read)
+    return ask(f"What is to be changed? ({listed}; Ctrl-C leaves without writing)", None, read, may_go_back=True)
 
 
 def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], list[float], float]:
@@ -312,12 +343,16 @@ def _estimate_sensor(prepared: Sequence[PreparedTable]) -> tuple[list[float], li
     return noises, steps, travel
 
 
-def _ask_estimated(question: str, what: str, ends: Sequence[str], travel: float) -> float | None:
-    """Ask for a number below the travel; the default shows the ends of the estimates, and stands for each run's own."""
-    default = f"estimated: {' to '.join(dict.fromkeys(ends))}"
+def _ask_estimated(question: str, what: str, ends: Sequence[str], travel: float, former: float | None) -> float | None:
+    """Ask for a number below the travel; the default shows the ends of the estimates, and stands for each run's own.
+
+    Where a number was replied before, that is the default, and `NONE` stands for the estimates.
+    """
+    default = f"estimated: {' to '.join(dict.fromkeys(ends))}" if former is None else f"{former:.12g}"
+    question += "" if former is None else f"; {NONE} estimates it"
 
     def read(reply: str) -> float | None:
-        if reply == default:
+        if (former is None and reply == default) or reply == NONE:
             return None
         number = _number_of(reply, what, above=0.0)
         if number >= travel:

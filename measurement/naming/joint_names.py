@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.mapping import NUMBERED, Target
 from haptid.measurement.naming.units_in_names import understand_column, understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.model.device.device import Device
@@ -87,4 +87,24 @@ def understand_table(
     if len(columns) < len(table.columns):  # two names of one joint: none is taken for a number
         columns = {column: column for column in table.columns}
     targets = understand_columns(list(columns), stated, resolution)
-    return {columns.get(column, column): target for column, target in targets.items()}
+    return {columns.get(column, column): target for column, target in targets.items()} | _by_joints(
+        table, stated, numbers
+    )
+
+
+def _by_joints(table: Table, stated: Mapping[str, Target], numbers: Mapping[str, int]) -> dict[str, Target]:
+    """Return what the columns of a recording stand for whose joints have the names of the device's.
+
+    A joint that the device does not have, as a gripper's, is left unused.
+    """
+    if not set(table.joints) & set(numbers):
+        return {}
+    found = {}
+    for column in table.columns:
+        number = NUMBERED.search(column) if column not in stated and KNOWN.fullmatch(column) else None
+        name = table.joints[int(number[1])] if number is not None else ""
+        if number is not None and name in numbers:
+            found[column] = Target(name=NUMBERED.sub(f"_{numbers[name]}", column))
+        elif number is not None:
+            found[column] = Target(name=f"{name} {column}")
+    return {column: target for column, target in found.items() if target.name != column}

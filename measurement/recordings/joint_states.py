@@ -1,7 +1,8 @@
 """Joint states of ROS: decoded messages by topic in, one run a topic out.
 
-A message has ``name``, ``position`` [rad], ``velocity`` [rad/s] and ``effort`` [N m] of all joints. Joints are numbered
-in the order of the names. Its time is that of its header, or of the log where the header has none.
+A message has ``name``, ``position`` [rad], ``velocity`` [rad/s] and ``effort`` [N m] of its joints, in any order.
+Messages of other joints on one topic, as of an arm and its gripper, are runs of their own. Its time is that of its
+header, or of the log where the header has none.
 """
 
 from __future__ import annotations
@@ -35,22 +36,43 @@ def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]
     Returns
     -------
     list of Recording
-        One a topic, in the order of the topics' names.
+        One for each set of joints of a topic, in the order of the topics' names. Where some have efforts, those without
+        are left out, and the first says so.
 
     Raises
     ------
     InputError
-        Where there are no messages, too few of them, or the joints change on the way.
+        Where there are no messages, or too few of them.
     """
     if not any(topics.values()):
         raise InputError(str(path), expected=f"messages {MESSAGE}", got="none", todo="record the topic of joint states")
-    made = []
-    for topic, messages in sorted(topics.items()):
-        part = topic.strip("/").replace("/", "_") if len(topics) > 1 else ""
-        columns, joints = _columns(f"{path}, topic {topic}", messages)
-        numbered = ", ".join(f"{number} {joint}" for number, joint in enumerate(joints))
-        made.append(recording_of(path, columns, part=part, about=f"topic {topic}, joints {numbered}"))
+    parts = [(topic, *part) for topic, messages in sorted(topics.items()) for part in _parts(messages)]
+    driven = [part for part in parts if any(len(_elements(message, "effort")) for _, message in part[2])]
+    kept = driven or parts
+    left = [
+        f"{topic} of {', '.join(joints) or 'no joint'}"
+        for topic, joints, _ in parts
+        if driven and (topic, joints) not in {d[:2] for d in driven}
+    ]
+    made: list[Recording] = []
+    for topic, joints, messages in kept:
+        name = topic.strip("/").replace("/", "_") if len(topics) > 1 else ""
+        several = sum(other == topic for other, *_ in kept) > 1
+        part = "_".join(word for word in (name, joints[0] if several else "") if word)
+        columns = _columns(f"{path}, topic {topic}", messages, joints)
+        about = f"topic {topic}"
+        about += f"; without efforts and left out: {'; '.join(left)}" if left and not made else ""
+        made.append(recording_of(path, columns, part=part, about=about, joints=joints))
     return made
+
+
+def _parts(messages: list[tuple[int, Any]]) -> Iterator[tuple[tuple[str, ...], list[tuple[int, Any]]]]:
+    """Yield the messages of each set of joints, with the joints in the order of its first message."""
+    found: dict[frozenset[str], tuple[tuple[str, ...], list[tuple[int, Any]]]] = {}
+    for time, message in messages:
+        joints = tuple(str(name) for name in _elements(message, "name"))
+        found.setdefault(frozenset(joints), (joints, []))[1].append((time, message))
+    yield from found.values()
 
 
 def _field(message: Any, name: str) -> Any:
@@ -81,10 +103,9 @@ def stamp_ns(message: Any) -> int:
     return int(_field(stamp, "sec") or 0) * NS_PER_S + int(nanoseconds or _field(stamp, "nsec") or 0)
 
 
-def _columns(where: str, messages: list[tuple[int, Any]]) -> tuple[dict[str, Array], list[str]]:
-    """Return the columns of a topic's messages, and the names of the joints."""
+def _columns(where: str, messages: list[tuple[int, Any]], joints: tuple[str, ...]) -> dict[str, Array]:
+    """Return the columns of messages of the same joints, numbered in the order of ``joints``."""
     first = messages[0]
-    joints = [str(name) for name in _elements(first[1], "name")]
     # Whole nanoseconds since the first message: seconds since 1970 would lose the last three digits.
     columns: dict[str, Array] = {"time_s": np.array([(time - first[0]) / NS_PER_S for time, _ in messages])}
     for field, form in COLUMNS.items():
@@ -92,17 +113,18 @@ def _columns(where: str, messages: list[tuple[int, Any]]) -> tuple[dict[str, Arr
             continue
         rows = np.array(list(_rows(where, messages, field, joints)))
         columns |= {form.format(number): rows[:, number] for number in range(len(joints))}
-    return columns, joints
+    return columns
 
 
-def _rows(where: str, messages: list[tuple[int, Any]], field: str, joints: list[str]) -> Iterator[list[float]]:
+def _rows(where: str, messages: list[tuple[int, Any]], field: str, joints: tuple[str, ...]) -> Iterator[list[float]]:
     for number, (_, message) in enumerate(messages, start=1):
         names, values = [str(name) for name in _elements(message, "name")], _elements(message, field)
         place = f"{where}, message {number}"
-        if names != joints or len(values) != len(joints):
+        if len(values) != len(joints) or len(names) != len(joints):
             got = f"{len(values)} values of {', '.join(names) or 'none'}"
             raise InputError(place, expected=f"a {field} of each of {', '.join(joints)}", got=got)
         try:
-            yield [float(value) for value in values]
+            of = dict(zip(names, map(float, values), strict=True))
         except (TypeError, ValueError, OverflowError):  # JSON holds anything
             raise InputError(place, expected=f"numbers as {field}", got=repr(list(values))) from None
+        yield [of[joint] for joint in joints]

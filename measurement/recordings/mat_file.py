@@ -1,7 +1,8 @@
 """Read a MATLAB file: ``.mat`` of any version in, one run out.
 
-Variables that are vectors of one length are the columns, as are the fields of a structure; a matrix gives a column per
-joint, ``q_0``, ``q_1`` …. Scalars and texts are left out. Objects of MATLAB (``table``, ``timetable``) cannot be read
+Variables that are vectors of one length are the columns, as are the fields of a structure. Where two structures have a
+field of one name, names begin with that of the structure. A matrix gives a column per joint, ``q_0``, ``q_1`` ….
+Scalars and texts are left out. Objects of MATLAB (``table``, ``timetable``) cannot be read
 outside it. Files of version 7.3 need the extra ``matlab``.
 """
 
@@ -20,7 +21,7 @@ import numpy as np
 from scipy import io
 
 from haptid.measurement.recordings import mat_hdf5
-from haptid.measurement.recordings.one_run import Recording, recording_of, vectors_of
+from haptid.measurement.recordings.one_run import Place, Recording, named_by_place, recording_of, vectors_of
 from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.tables.layout import refuse_bomb
 from haptid.measurement.values.run import Array
@@ -109,7 +110,7 @@ def load_vectors(content: bytes) -> dict[str, Array]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # on variables that cannot be read, which are left out
         variables = io.loadmat(BytesIO(content), squeeze_me=True, struct_as_record=False)
-    return dict(_vectors({name: value for name, value in variables.items() if not name.startswith("__")}))
+    return named_by_place(_vectors({name: value for name, value in variables.items() if not name.startswith("__")}))
 
 
 def _unpacked_bytes(content: bytes) -> Iterator[int]:
@@ -143,10 +144,11 @@ def _columns(path: Path, found: Mapping[str, Array]) -> dict[str, Array]:
     return {name: values for name, values in found.items() if values.size == rows}
 
 
-def _vectors(variables: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
-    """Yield the numeric vectors by name: of structures their fields, of matrices their columns."""
+def _vectors(variables: Mapping[str, Any], place: Place = ()) -> Iterator[tuple[Place, Array]]:
+    """Yield the numeric vectors by their place: of structures their fields, of matrices their columns."""
     for name, value in variables.items():
         if isinstance(value, io.matlab.mat_struct):
-            yield from _vectors({field: getattr(value, field) for field in value._fieldnames})
+            yield from _vectors({field: getattr(value, field) for field in value._fieldnames}, (*place, name))
         else:
-            yield from vectors_of(name, value)
+            for own, vector in vectors_of(name, value):
+                yield (*place, own), vector

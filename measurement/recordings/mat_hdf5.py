@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from haptid.measurement.recordings.one_run import vectors_of
+from haptid.measurement.recordings.one_run import Place, named_by_place, vectors_of
 from haptid.measurement.values.run import Array
 
 DEEPEST = 4
@@ -56,12 +56,14 @@ def load_vectors(content: bytes) -> dict[str, Array]:
 
     with h5py.File(BytesIO(content), "r") as file:
         # MATLAB stores columns first: what it shows as n × 2 is 2 × n here.
-        return dict(
-            pair for name, dataset in _datasets(file, DEEPEST) for pair in vectors_of(name, np.squeeze(dataset[()].T))
+        return named_by_place(
+            ((*place[:-1], own), vector)
+            for place, dataset in _datasets(file, DEEPEST)
+            for own, vector in vectors_of(place[-1], np.squeeze(dataset[()].T))
         )
 
 
-def _datasets(group: Any, deepest: int) -> Iterator[tuple[str, Any]]:
+def _datasets(group: Any, deepest: int, place: Place = ()) -> Iterator[tuple[Place, Any]]:
     """Yield the numeric arrays of a group and of the structures in it; nothing that lies in another file."""
     import h5py  # noqa: PLC0415 (an extra)
 
@@ -70,10 +72,10 @@ def _datasets(group: Any, deepest: int) -> Iterator[tuple[str, Any]]:
             continue
         one = group[name]
         if isinstance(one, h5py.Group) and deepest:
-            yield from _datasets(one, deepest - 1)
+            yield from _datasets(one, deepest - 1, (*place, name))
         elif isinstance(one, h5py.Dataset) and one.dtype.kind in "fiub":
             elsewhere = one.external or one.is_virtual
             # Of an empty array MATLAB stores the shape as numbers.
             empty = one.attrs.get("MATLAB_empty", 0)
             if not elsewhere and not empty and one.attrs.get("MATLAB_class", b"double") not in TEXT:
-                yield name, one
+                yield (*place, name), one

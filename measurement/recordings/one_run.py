@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
+
+Place = tuple[str, ...]
+"""Names of the structures around a vector, from the outermost one, and its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +36,9 @@ class Recording:
     about: str = ""
 
 
-def recording_of(path: Path, columns: Mapping[str, Array], *, part: str = "", about: str = "") -> Recording:
+def recording_of(
+    path: Path, columns: Mapping[str, Array], *, part: str = "", about: str = "", joints: tuple[str, ...] = ()
+) -> Recording:
     """Return a run as a table.
 
     Parameters
@@ -45,6 +51,8 @@ def recording_of(path: Path, columns: Mapping[str, Array], *, part: str = "", ab
         What of the file it is, as ``episode_000003``; empty where the file is one run.
     about
         As in `Recording`.
+    joints
+        Names of joints 0, 1 … of the columns, where the file has them.
 
     Returns
     -------
@@ -61,7 +69,28 @@ def recording_of(path: Path, columns: Mapping[str, Array], *, part: str = "", ab
     if rows < THRESHOLDS.least_rows_of_table:
         raise InputError(where, expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{rows}")
     name = f"{path.stem}_{part}" if part else path.stem
-    return Recording(table=Table(path=Path(where), frame=pd.DataFrame(dict(columns)), file=f"{name}.csv"), about=about)
+    table = Table(path=Path(where), frame=pd.DataFrame(dict(columns)), file=f"{name}.csv", joints=joints)
+    return Recording(table=table, about=about)
+
+
+def named_by_place(vectors: Iterable[tuple[Place, Array]]) -> dict[str, Array]:
+    """Name vectors by their own names, or by their structures too where two have the same.
+
+    Parameters
+    ----------
+    vectors
+        Vectors by their place.
+
+    Returns
+    -------
+    dict
+        Vectors by ``name``; where two have one name, by ``structure.name``, those of every other structure as well: a
+        torque of one joint beside two joints' positions would be taken for that of any.
+    """
+    found = dict(vectors)
+    own = Counter(place[-1] for place in found)
+    whole = max(own.values(), default=1) > 1
+    return {".".join(place) if whole else place[-1]: values for place, values in found.items()}
 
 
 def vectors_of(name: str, value: Any) -> Iterator[tuple[str, Array]]:

@@ -6,12 +6,16 @@ recordings are left alone, because they mostly are the same measurements once mo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from haptid.measurement.recordings import bam_log, lerobot, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.one_run import Recording
 
+NUMBER = re.compile(r"_(\d+)_")
+"""Number of the joint in the columns that a recording's reader names."""
 READERS: Mapping[str, Callable[[Path], list[Recording]]] = {
     ".mat": mat_file.read_mat,
     ".json": bam_log.read_bam_log,
@@ -48,4 +52,24 @@ def recordings_in(folder: Path) -> list[Recording]:
         return lerobot.read_data_set(folder)
     bags = [path.parent for path in folder.glob(f"*/{BAG_FOLDER}")]
     paths = sorted(path for place in (folder, *bags) for path in place.iterdir() if path.suffix in READERS)
-    return [recording for path in paths for recording in READERS[path.suffix](path)]
+    return _numbered_alike([recording for path in paths for recording in READERS[path.suffix](path)])
+
+
+def _numbered_alike(recordings: list[Recording]) -> list[Recording]:
+    """Give joints of one name one number in all recordings: that of the name's first appearance."""
+    names = tuple(dict.fromkeys(name for one in recordings for name in one.table.joints))
+    made = []
+    for one in recordings:
+        numbers = {k: names.index(name) for k, name in enumerate(one.table.joints)}
+        columns = {column: _numbered(column, numbers) for column in one.table.columns} if numbers else {}
+        table = replace(one.table, frame=one.table.frame.rename(columns=columns), joints=names if numbers else ())
+        told = ", ".join(f"{number} {names[number]}" for number in sorted(numbers.values()))
+        topic, sign, rest = one.about.partition(";")
+        about = f"{topic}, joints {told}{sign}{rest}" if numbers else one.about
+        made.append(replace(one, table=table, about=about))
+    return made
+
+
+def _numbered(column: str, numbers: Mapping[int, int]) -> str:
+    found = NUMBER.search(column)
+    return column if found is None else NUMBER.sub(f"_{numbers[int(found[1])]}_", column, count=1)

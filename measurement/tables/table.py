@@ -73,6 +73,8 @@ class Table:
         Name of the table in a campaign, where it is not that of the file: of a recording, or a part of one.
     preamble
         Lines before the header, where they were kept.
+    joints
+        Names of joints 0, 1 … of its columns, where it is of a recording that has them.
     """
 
     path: Path
@@ -81,6 +83,7 @@ class Table:
     in_memory: bool = False
     file: str = ""
     preamble: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
 
     @property
     def file_name(self) -> str:

@@ -66,7 +66,7 @@ def test_back_asks_for_the_column_before_once_more(tables: Path, talk):
     asked = [line for line in done.output.splitlines() if line.startswith(("foo is", "bar is"))]
     assert [line[:3] for line in asked] == ["foo", "bar", "foo", "bar"]
     assert all(("; back asks for foo again)" in line) == line.startswith("bar") for line in asked)
-    assert "[position_0_rad]" not in asked[2]  # the reply that was taken back is not proposed
+    assert "[position_0_rad]" in asked[2]  # the reply that was taken back is proposed again
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
 
@@ -96,12 +96,32 @@ def test_back_is_no_reply_to_the_first_question(tables: Path, talk):
     assert read_campaign(tables.parent / "made").title == "Other"
 
 
-def test_back_leads_from_the_end_to_the_noise_and_the_columns(tables: Path, talk):
-    """The replies on columns are proposed again."""
-    replies = FACTS + "torque_0_Nm\nposition_0_rad\n" + "1e-3\nback\nback\n" + "\nposition_0_deg\n" + SENSOR
-    done = talk(tables, replies + "back\n" + SENSOR + "y\n")
+def test_back_leads_from_the_end_to_the_step_the_noise_and_the_last_column(tables: Path, talk):
+    """The earlier replies are proposed again, the number of a noise too."""
+    columns = FACTS + "torque_0_Nm\nposition_0_rad\n"
+    done = talk(tables, columns + "1e-3\n\nback\nback\nback\nposition_0_deg\n" + "\n\n" + "y\n")
+    assert done.exit_code == 0, done.output
+    asked = [line.partition(" ")[0] for line in done.output.splitlines() if line.startswith(("bar is", "foo is"))]
+    assert asked == ["foo", "bar", "bar"]
+    assert "noise [rad]; - estimates it [0.001]: back" in done.output
+    run = read_campaign(tables.parent / "made").runs[0]
+    assert np.ptp(run.y) == pytest.approx(np.radians(0.6), rel=0.01)
+
+
+def test_back_does_not_take_back_a_correction_of_columns(tables: Path, talk):
+    """A factor that was corrected at the end was lost on the way back to the noise and beyond."""
+    wrong = FACTS + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "n\ncol\n\n\nposition_0_deg\n"
+    done = talk(tables, wrong + "back\nback\nback\n" + "\n" + SENSOR + "y\n")
     assert done.exit_code == 0, done.output
     assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(np.radians(0.6), rel=0.01)
+
+
+@pytest.mark.parametrize("way", ["back\n", "title\nback\n", "columns\nback\n"])
+def test_back_from_a_change_leaves_all_as_it_is(tables: Path, talk, way: str):
+    done = talk(tables, FACTS + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "n\n" + way + "y\n")
+    assert done.exit_code == 0, done.output
+    assert done.output.count("Title [") == 1 + ("title" in way)
+    assert read_campaign(tables.parent / "made").title == "Mine"
 
 
 def test_back_is_a_reply_where_all_columns_are_changed(tables: Path, talk):

@@ -110,6 +110,17 @@ def test_mat_files_of_version_4(folder: Path):
     np.testing.assert_array_equal(one.table.numbers("q"), POSITION)
 
 
+def test_structures_with_the_same_fields_keep_their_names(folder: Path):
+    """The elbow's position stood beside the shoulder's torque, without a word."""
+    joint = {"position_rad": POSITION, "torque_Nm": TORQUE}
+    savemat(folder / "swing.mat", {"time_s": T, "shoulder": joint, "elbow": {"position_rad": 2 * POSITION}})
+    table = recordings_in(folder)[0].table
+    assert set(table.columns) == {"time_s", "shoulder.position_rad", "shoulder.torque_Nm", "elbow.position_rad"}
+    np.testing.assert_array_equal(table.frame["elbow.position_rad"], 2 * POSITION)
+    code = CliRunner().invoke(main, [str(folder), "--measured", "--out", str(folder.parent / "made")]).exit_code
+    assert code == 2  # whose torque it is, nobody says
+
+
 def test_damaged_mat_files_are_refused_in_one_line(folder: Path):
     path = folder / "a.mat"
     savemat(path, {"t": T, "q": POSITION}, do_compression=True)
@@ -531,13 +542,43 @@ def test_an_mcap_file_without_joint_states_says_so(folder: Path):
     assert "expected messages JointState, got none" in refusal(lambda: recordings_in(folder))
 
 
-def test_joints_that_change_on_the_way_are_refused(folder: Path):
-    path = folder / "a.mcap"
-    pytest.importorskip("mcap")
-    first = {"name": ["a", "b"], "position": [0.0, 1.0]}
-    messages = [(0, first)] * 9 + [(9, {"name": ["b"], "position": [1.0]})]
-    text = refusal(lambda: joint_states._columns(f"{path}, topic /x", messages))
-    assert "message 10: expected a position of each of a, b, got 1 values of b" in text
+def states(names: list[str], rows: int = ROWS, *, effort: bool = True) -> list[tuple[int, dict[str, Any]]]:
+    """Return messages in which joint ``a`` is at 0 and ``b`` at 1, each with its position as effort."""
+    at = {"a": 0.0, "b": 1.0}
+    values = [at.get(name, 2.0) for name in names]
+    return [(k, {"name": names, "position": values, "effort": values if effort else []}) for k in range(rows)]
+
+
+def test_messages_name_their_joints_in_any_order(tmp_path: Path):
+    mixed = [pair for both in zip(states(["a", "b"]), states(["b", "a"]), strict=True) for pair in both]
+    (one,) = joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": mixed})
+    assert one.table.joints == ("a", "b")
+    assert set(one.table.frame["position_1_rad"]) == {1.0}
+
+
+def test_a_gripper_on_the_topic_of_its_arm_is_a_run_of_its_own_or_left_out(tmp_path: Path):
+    arm, gripper = states(["a", "b"]), states(["finger"])
+    found = joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": [*arm, *gripper]})
+    assert [one.table.file_name for one in found] == ["a_a.csv", "a_finger.csv"]
+    (one,) = joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": arm, "/y": states(["finger"], effort=False)})
+    assert one.about == "topic /x; without efforts and left out: /y of finger"
+
+
+def test_a_message_without_a_value_of_each_joint_is_refused(tmp_path: Path):
+    messages = [*states(["a", "b"]), (ROWS, {"name": ["a", "b"], "position": [1.0], "effort": [0.0, 0.0]})]
+    text = refusal(lambda: joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": messages}))
+    assert f"message {ROWS + 1}: expected a position of each of a, b, got 1 values of a, b" in text
+
+
+def test_joints_of_a_recording_have_the_numbers_of_the_devices_by_their_names(folder: Path):
+    """An alphabetical message swapped shoulder and elbow without a word."""
+    ros2(folder / "swing.mcap", names=("elbow", "shoulder"))
+    ros2(folder / "turn.mcap", names=("shoulder", "elbow"))
+    _, said = made(folder, "--device", "double_pendulum", "--free", "0,1")
+    assert "swing.csv: topic /joint_states, joints 0 elbow, 1 shoulder" in said
+    assert "turn.csv: topic /joint_states, joints 0 elbow, 1 shoulder" in said
+    swing, turn = read_campaign(folder.parent / "made").runs
+    assert [np.ptp(run.y, axis=0).argmax() for run in (swing, turn)] == [0, 1]
 
 
 def test_an_mcap_file_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
