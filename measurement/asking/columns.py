@@ -241,7 +241,9 @@ def _ask_column(
     earlier = replies.get(column, former.get(column))
     goal, note = ("", "") if earlier is not None else _propose(column, table, lacking, taken, names.joints)
     default = _write(earlier) if earlier is not None else "" if note else goal
-    ways = f"{goal}; {note}" if note else ", ".join([*(EXAMPLES[signal] for signal in lacking or DRIVEN), "…"])
+    examples = ", ".join([*(EXAMPLES[signal] for signal in lacking or DRIVEN), "…"])
+    number, _ = joint_named_in(column, names.joints)
+    ways = f"{goal}; {note}" if note else examples if number is None else NUMBERED.sub(f"_{number}", examples)
     if default:
         ways += f"; {NONE} leaves it unused"
     ways += _way_back(before)
@@ -351,5 +353,5 @@ def _tell_fault(table: Table, error: InputError, lacking: Sequence[str], *, agai
         return f"{table.path.name}: {error.todo.removesuffix(' by --map')}"
     told = f"{table.path.name} {'still ' if again else ''}lacks {' and '.join(WORDS[signal] for signal in lacking)}."
     if again:
-        return told
+        return f"{told} Ctrl-C leaves without writing."
     return f"{told} It has the columns {', '.join(table.columns)}. Enter alone leaves a column unused."

@@ -14,7 +14,7 @@ import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
 from haptid.measurement.making.prepared import PreparedTable
-from haptid.measurement.naming.encoder_counts import counts_of_a_turn, holds_counts
+from haptid.measurement.naming.encoder_counts import ToldCounts, counts_of_a_turn, holds_counts
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.signals.noise import estimate_noise, write_estimated_noise
 from haptid.measurement.signals.resolution import estimate_resolution
@@ -159,17 +159,17 @@ def assume_step(
     told = counts_of_a_turn(tables)
     if flags["resolution"] is not None or told is None or not holds_counts(tables, stated):
         return flags, []
-    sentence = f"a count is 2*pi/{told[0]} rad, as {told[1]} says above its header (--resolution)"
-    return {**flags, "resolution": 2.0 * math.pi / told[0]}, [sentence]
+    sentence = f"a count is 2*pi/{told.counts} rad: {told.file} says {told.line!r} above its header (--resolution)"
+    return {**flags, "resolution": 2.0 * math.pi / told.counts}, [sentence]
 
 
-def ask_step(told: tuple[int, str] | None, *, first: bool) -> float:
+def ask_step(told: ToldCounts | None, *, first: bool) -> float:
     """Ask for the angle of one encoder count, without which counts cannot be converted.
 
     Parameters
     ----------
     told
-        Counts of a turn, and the file that says so; None where none does.
+        What a file says of the counts of a turn; None where none does.
     first
         Whether no question was asked before.
 
@@ -178,7 +178,8 @@ def ask_step(told: tuple[int, str] | None, *, first: bool) -> float:
     float
         Angle [rad], 0 or more.
     """
-    proposed, says = (None, "") if told is None else (f"2*pi/{told[0]}", f"; {told[1]} says {told[0]} counts a turn")
+    proposed = None if told is None else f"2*pi/{told.counts}"
+    says = "" if told is None else f"; {told.file} says {told.line!r}"
     question = f"Angle of one encoder count [rad] (as 2*pi/4096{says})"
     return ask(
         question, proposed, lambda reply: _number_of(reply, "angle of a count", least=0.0), may_go_back=not first

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 from haptid.measurement.naming.units_in_names import in_counts
 from haptid.measurement.tables.table import Table
@@ -13,7 +14,7 @@ _TURN = r"(?:turn|rev(?:olution)?|rotation)"
 COUNTS_OF_A_TURN = tuple(
     re.compile(form, re.IGNORECASE)
     for form in (
-        rf"(?<![a-z]){_COUNTS}[\s_-]*(?:per|/|a)[\s_-]*{_TURN}\w*\W{{0,4}}(?P<number>\d+)(?![\d.,])",
+        rf"(?<![a-z]){_COUNTS}[\s_-]*(?:per|/|a)[\s_-]*{_TURN}\w*\W{{0,4}}(?P<number>\d+)(?:[.,]0+)?(?![\d.,])",
         rf"(?<![\d.,])(?P<number>\d+)[\s_-]*{_COUNTS}[\s_-]*(?:per|/|a)[\s_-]*{_TURN}",
     )
 )
@@ -40,7 +41,26 @@ def holds_counts(tables: Sequence[Table], stated: Collection[str]) -> bool:
     return any(in_counts(name) for table in tables for name in table.columns if name not in stated)
 
 
-def counts_of_a_turn(tables: Sequence[Table]) -> tuple[int, str] | None:
+@dataclass(frozen=True, slots=True)
+class ToldCounts:
+    """What a logger says of its encoder.
+
+    Parameters
+    ----------
+    counts
+        Counts of a turn.
+    file
+        Name of the table that says so.
+    line
+        The line above its header.
+    """
+
+    counts: int
+    file: str
+    line: str
+
+
+def counts_of_a_turn(tables: Sequence[Table]) -> ToldCounts | None:
     """Read how many counts make a turn from the lines before the tables' headers.
 
     Parameters
@@ -50,13 +70,14 @@ def counts_of_a_turn(tables: Sequence[Table]) -> tuple[int, str] | None:
 
     Returns
     -------
-    counts, file : int, str, or None
-        The number, and the table that says so first; None where none does, or two say different ones.
+    ToldCounts or None
+        Of the table that says so first; None where none does, or two say different numbers.
     """
-    told: dict[int, str] = {}
+    told: dict[int, ToldCounts] = {}
     for table in tables:
         for line in table.preamble:
             found = next(filter(None, (form.search(line) for form in COUNTS_OF_A_TURN)), None)
             if found is not None:
-                told.setdefault(int(found["number"]), table.path.name)
-    return next(iter(told.items())) if len(told) == 1 and min(told) > 1 else None
+                counts = int(found["number"])
+                told.setdefault(counts, ToldCounts(counts, table.path.name, line.strip("#%; \t")))
+    return next(iter(told.values())) if len(told) == 1 and min(told) > 1 else None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -21,6 +21,8 @@ MESSAGE = "JointState"
 """End of the name of the messages that are read."""
 COLUMNS: Mapping[str, str] = {"position": "position_{}_rad", "velocity": "velocity_{}_rad_s", "effort": "torque_{}_Nm"}
 NS_PER_S = 1_000_000_000
+Part = tuple[str, tuple[str, ...], list[tuple[int, Any]]]
+"""Topic, joints, and their messages with times [ns]."""
 
 
 def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]) -> list[Recording]:
@@ -36,24 +38,22 @@ def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]
     Returns
     -------
     list of Recording
-        One for each set of joints of a topic, in the order of the topics' names. Where some have efforts, those without
-        are left out, and the first says so.
+        One for each set of joints of a topic that has positions and efforts, in the order of the topics' names. The
+        first says what was left out.
 
     Raises
     ------
     InputError
-        Where there are no messages, or too few of them.
+        Where there are no messages, or too few of them, or none with positions and efforts.
     """
     if not any(topics.values()):
         raise InputError(str(path), expected=f"messages {MESSAGE}", got="none", todo="record the topic of joint states")
     parts = [(topic, *part) for topic, messages in sorted(topics.items()) for part in _parts(messages)]
-    driven = [part for part in parts if any(len(_elements(message, "effort")) for _, message in part[2])]
-    kept = driven or parts
-    left = [
-        f"{topic} of {', '.join(joints) or 'no joint'}"
-        for topic, joints, _ in parts
-        if driven and (topic, joints) not in {d[:2] for d in driven}
-    ]
+    kept = [part for part in parts if _holds("effort", part[2]) and _holds("position", part[2])]
+    if not kept:
+        _refuse_parts(path, parts)
+    left = [f"{topic} of {', '.join(joints) or 'no joint'}" for topic, joints, _ in parts
+            if (topic, joints) not in {one[:2] for one in kept}]  # fmt: skip
     made: list[Recording] = []
     for topic, joints, messages in kept:
         name = topic.strip("/").replace("/", "_") if len(topics) > 1 else ""
@@ -61,9 +61,29 @@ def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]
         part = "_".join(word for word in (name, joints[0] if several else "") if word)
         columns = _columns(f"{path}, topic {topic}", messages, joints)
         about = f"topic {topic}"
-        about += f"; without efforts and left out: {'; '.join(left)}" if left and not made else ""
+        about += f"; without positions and efforts and left out: {'; '.join(left)}" if left and not made else ""
         made.append(recording_of(path, columns, part=part, about=about, joints=joints))
     return made
+
+
+def _holds(field: str, messages: list[tuple[int, Any]]) -> bool:
+    """Whether messages hold numbers of a field."""
+    values = [value for _, message in messages for value in _elements(message, field)]
+    return any(not isinstance(value, float) or value == value for value in values)  # noqa: PLR0124 (NaN is not)
+
+
+def _refuse_parts(path: Path, parts: list[Part]) -> NoReturn:
+    """Refuse a recording in which no joint has positions and efforts on one topic."""
+    told = {
+        field: [topic for topic, _, messages in parts if _holds(field, messages)] for field in ("position", "effort")
+    }
+    got = ", ".join(f"{field}s of {' and '.join(dict.fromkeys(topics)) or 'none'}" for field, topics in told.items())
+    todo = (
+        "write both to one table, at the times of the positions"
+        if all(told.values())
+        else "record the torque as effort; a free swing is a table of positions with a torque of zeros"
+    )
+    raise InputError(str(path), expected="positions and efforts of joints on one topic", got=got, todo=todo)
 
 
 def _parts(messages: list[tuple[int, Any]]) -> Iterator[tuple[tuple[str, ...], list[tuple[int, Any]]]]:

@@ -44,9 +44,9 @@ def test_columns_that_bare_enters_left_open_are_asked_again(tables: Path, talk):
     assert done.exit_code == 0, done.output
     lacks = "lacks what drives the joint (a torque, current, voltage or duty) and a position."
     assert f"one.csv {lacks} It has the columns time_s, foo, bar." in done.output
-    assert f"one.csv still {lacks}\nfoo is (torque_0_Nm" in done.output
+    assert f"one.csv still {lacks} Ctrl-C leaves without writing.\nfoo is (torque_0_Nm" in done.output
     # The column that has its reply is not asked a third time.
-    assert "one.csv still lacks a position.\nbar is (position_0_rad, " in done.output
+    assert "one.csv still lacks a position. Ctrl-C leaves without writing.\nbar is (position_0_rad, " in done.output
     assert "time_s is" not in done.output
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
@@ -232,5 +232,5 @@ def test_the_counts_of_a_turn_are_proposed_from_the_line_above_the_header(tables
         path.write_text("# rig 3\n# counts per turn: 4096\n" + frame.to_csv(index=False))
     done = talk(tables, FACTS + "\n" + "\n" + "y\n")
     assert done.exit_code == 0, done.output
-    assert "(as 2*pi/4096; one.csv says 4096 counts a turn) [2*pi/4096]" in done.output
+    assert "(as 2*pi/4096; one.csv says 'counts per turn: 4096') [2*pi/4096]" in done.output
     assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)

@@ -17,7 +17,8 @@ from haptid.measurement.tables.table import Table
 
 def told_by(*lines: str) -> tuple[int, str] | None:
     tables = [Table(path=Path(f"{k}.csv"), frame=pd.DataFrame(), preamble=(line,)) for k, line in enumerate(lines)]
-    return counts_of_a_turn(tables)
+    told = counts_of_a_turn(tables)
+    return None if told is None else (told.counts, told.file)
 
 
 @pytest.mark.parametrize(
@@ -28,6 +29,7 @@ def told_by(*lines: str) -> tuple[int, str] | None:
         "4096 counts per revolution",
         "% 4096 ticks/rev, gear 50",
         "Counts per revolution = 4096",
+        "counts per turn: 4096.0",
     ],
 )
 def test_counts_of_a_turn_are_read(line: str):
@@ -57,5 +59,7 @@ def test_a_script_takes_the_step_from_the_file_and_says_so(tmp_path: Path):
     (folder / "log.csv").write_text("# counts per turn: 4096\n" + frame.to_csv(index=False))
     made = CliRunner().invoke(main, [str(folder), "--measured", "--out", str(tmp_path / "made")])
     assert made.exit_code == 0, made.output
-    assert "a count is 2*pi/4096 rad, as log.csv says above its header (--resolution)" in made.output
+    assert (
+        "a count is 2*pi/4096 rad: log.csv says 'counts per turn: 4096' above its header (--resolution)" in made.output
+    )
     assert np.ptp(read_campaign(tmp_path / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)

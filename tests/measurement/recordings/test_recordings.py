@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bz2
 import json
+import math
 import os
 import re
 import shutil
@@ -561,7 +562,28 @@ def test_a_gripper_on_the_topic_of_its_arm_is_a_run_of_its_own_or_left_out(tmp_p
     found = joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": [*arm, *gripper]})
     assert [one.table.file_name for one in found] == ["a_a.csv", "a_finger.csv"]
     (one,) = joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": arm, "/y": states(["finger"], effort=False)})
-    assert one.about == "topic /x; without efforts and left out: /y of finger"
+    assert one.about == "topic /x; without positions and efforts and left out: /y of finger"
+
+
+@pytest.mark.parametrize(
+    ("effort", "got", "todo"),
+    [
+        ([], "positions of /x, efforts of none", "record the torque as effort"),
+        ([math.nan, math.nan], "positions of /x, efforts of none", "record the torque as effort"),
+    ],
+)
+def test_joint_states_without_efforts_are_refused(tmp_path: Path, effort: list[float], got: str, todo: str):
+    messages = [(k, {"name": ["a", "b"], "position": [0.0, 1.0], "effort": effort}) for k in range(ROWS)]
+    text = refusal(lambda: joint_states.recordings_of_topics(tmp_path / "a.mcap", {"/x": messages}))
+    assert f"expected positions and efforts of joints on one topic, got {got}; {todo}" in text
+
+
+def test_commands_and_states_on_two_topics_are_to_be_brought_together(tmp_path: Path):
+    states_alone = states(["a"], effort=False)
+    commands = [(k, {"name": ["a"], "position": [], "effort": [0.1]}) for k in range(ROWS)]
+    topics = {"/states": states_alone, "/commands": commands}
+    text = refusal(lambda: joint_states.recordings_of_topics(tmp_path / "a.mcap", topics))
+    assert "got positions of /states, efforts of /commands; write both to one table" in text
 
 
 def test_a_message_without_a_value_of_each_joint_is_refused(tmp_path: Path):
@@ -690,7 +712,7 @@ def test_values_that_are_no_numbers_are_refused(folder: Path, values: str):
         channel = writer.register_channel("/arm", "json", schema)
         for row in range(ROWS):
             position = "[1.0]" if row < ROWS // 2 else values
-            data = f'{{"name": ["a"], "position": {position}}}'.encode()
+            data = f'{{"name": ["a"], "position": {position}, "effort": [0.5]}}'.encode()
             writer.add_message(channel, log_time=row, publish_time=row, data=data)
         writer.finish()
     assert f"message {ROWS // 2 + 1}: expected" in refusal(lambda: recordings_in(folder))
