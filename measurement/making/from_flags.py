@@ -84,9 +84,11 @@ def complete(prepared: list[PreparedTable], answers: Answers) -> list[PreparedTa
     Raises
     ------
     InputError
-        Where the device lacks a joint, a duty its supply, or a current the torque of an ampere.
+        Where the device lacks a joint or joints move together without one, a duty lacks its supply, or a current the
+        torque of an ampere.
     """
     completed = _with_supply(prepared, answers.supply)
+    _refuse_joints_together(completed, str(answers.device))
     _refuse_absent_joints(completed, str(answers.device))
     _refuse_bare_current(completed, answers)
     return completed
@@ -137,6 +139,15 @@ def _with_supply(prepared: list[PreparedTable], volts: float | None) -> list[Pre
         )
         raise InputError(lacking[0], expected="the supply of which a duty is a share", got="a duty alone", todo=todo)
     return with_supply(prepared, volts)
+
+
+def _refuse_joints_together(prepared: Sequence[PreparedTable], device: str) -> None:
+    """Refuse joints that move together where no device says how they are linked."""
+    together = next((one for one in prepared if len(one.free) > 1), None)
+    if device == SINGLE_JOINT and together is not None:
+        got = f"joints {', '.join(map(str, together.free))} that move together"
+        todo = f"--device says how they are linked (a URDF, say); --free {together.free[0]} takes one of them alone"
+        raise InputError(together.file, expected="one joint that moves, or a device", got=got, todo=todo)
 
 
 def _refuse_absent_joints(prepared: Sequence[PreparedTable], device: str) -> None:

@@ -77,3 +77,17 @@ def test_the_angle_of_a_count_may_be_a_product_as_the_dialogue_takes_it(tmp_path
     refused = CliRunner().invoke(main, [*arguments[:-1], "a count"])
     assert refused.exit_code == 2
     assert "'a count' is not a valid float" in refused.output
+
+
+def test_joints_that_move_together_ask_for_a_device_in_the_users_words(tmp_path: Path):
+    """The error named a line of a campaign.toml that the user does not have."""
+    tables = tmp_path / "tables"
+    tables.mkdir()
+    columns = {"torque_0_Nm": np.cos(3 * T), "torque_1_Nm": np.cos(2 * T), "position_0_rad": np.sin(3 * T)}
+    pd.DataFrame({"time_s": T, **columns, "position_1_rad": np.sin(2 * T)}).to_csv(tables / "log.csv", index=False)
+    refused = CliRunner().invoke(main, [str(tables), "--out", str(tmp_path / "made"), "--yes"])
+    assert refused.exit_code == 2
+    assert "log.csv: expected one joint that moves, or a device, got joints 0, 1 that move together" in refused.stderr
+    assert "--device says how they are linked" in refused.stderr
+    alone = CliRunner().invoke(main, [str(tables), "--out", str(tmp_path / "made"), "--yes", "--free", "1"])
+    assert alone.exit_code == 0, alone.output
