@@ -41,7 +41,16 @@ def read_stored(name: str) -> dict[str, Any] | None:
 
 def all_figures() -> list[Figure]:
     """Return every performance figure that is stored, measured here or by another benchmark."""
-    return [*_measured_here(), *_tutorial(), *_arm(), *_time_to_truth(), *_real_machines(), *_fmu_steps(), *_fuzzing()]
+    return [
+        *_measured_here(),
+        *_installation(),
+        *_tutorial(),
+        *_arm(),
+        *_time_to_truth(),
+        *_real_machines(),
+        *_fmu_steps(),
+        *_fuzzing(),
+    ]
 
 
 def _measured_here() -> Iterator[Figure]:
@@ -54,9 +63,22 @@ def _measured_here() -> Iterator[Figure]:
     for curve in stored["curves"].values():
         for point in (curve["points"][0], curve["points"][-1]):
             group, name = curve["title"], f"{point['size']} {curve['axis']}"
-            then = f"performance.json, {curve['date']}"
+            then = f"performance.json, {curve['date']}, commit {curve['commit']}, load {curve['load']:.1f}"
             yield Figure(group, name, point["cpu_s"], "s of processor", then)
+            yield Figure(group, name, point["wall_s"], "s", then)
             yield Figure(group, name, point["peak_mb"], "MB", then)
+
+
+def _installation() -> Iterator[Figure]:
+    stored = read_stored("install.json")
+    if stored is None:
+        return
+    low, high = stored["load"]
+    origin = f"{_origin('install.json', stored)}, load {low:.1f} to {high:.1f}"
+    for name, step in stored["steps"].items():
+        yield Figure("installation", name, step["wall_s"], "s", origin)
+        if "disk_mb" in step:
+            yield Figure("installation", f"{name}, disk", step["disk_mb"], "MB", origin)
 
 
 def _tutorial() -> Iterator[Figure]:
