@@ -75,7 +75,7 @@ def test_upward_and_sideward_imports_are_caught(skeleton: Path, module: str, imp
 
 def test_commands_may_hand_their_results_to_the_report(skeleton: Path):
     (skeleton / "haptid" / "report" / "common" / "page.py").write_text("import haptid.identification\n")
-    (skeleton / "haptid" / "identification" / "run.py").write_text("import haptid.report.common.page\n")
+    (skeleton / "haptid" / "identification" / "identify_campaign.py").write_text("import haptid.report.common.page\n")
     assert contracts(skeleton).returncode == 0, contracts(skeleton).stdout
 
 
