@@ -72,7 +72,9 @@ def read_mat(path: Path) -> list[Recording]:
         for size in child.submit(declared, content).result():
             refuse_bomb(path, size)
         vectors = child.submit(load, content).result()
-    return [recording_of(path, _columns(path, vectors))]
+    columns = _columns(path, vectors)
+    left = ", ".join(f"{name} ({values.size} values)" for name, values in vectors.items() if name not in columns)
+    return [recording_of(path, columns, about=f"of another length and left out: {left}" if left else "")]
 
 
 def declared_bytes(content: bytes) -> list[int]:

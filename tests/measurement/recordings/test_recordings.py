@@ -111,6 +111,13 @@ def test_mat_files_of_version_4(folder: Path):
     np.testing.assert_array_equal(one.table.numbers("q"), POSITION)
 
 
+def test_a_vector_of_another_length_is_left_out_and_named(folder: Path):
+    savemat(folder / "swing.mat", {"time_s": T, "position_0_rad": POSITION, "torque_0_Nm": TORQUE, "temp": T[:30]})
+    (one,) = recordings_in(folder)
+    assert "temp" not in one.table.columns
+    assert one.about == "of another length and left out: temp (30 values)"
+
+
 def test_structures_with_the_same_fields_keep_their_names(folder: Path):
     """The elbow's position stood beside the shoulder's torque, without a word."""
     joint = {"position_rad": POSITION, "torque_Nm": TORQUE}
