@@ -224,8 +224,8 @@ class _Talk:
             if choice == COLUMNS:
                 self.replies = ask_all_columns(self.tables, self.understood, self.replies)
                 # What was replied before is no longer the way here.
-                self.past, self.before = [], [one for one in self.before if one[0] != COLUMNS]
-                self.before = [(option, self.replies) for option, _ in self.before]
+                self.past = []
+                self.before = [(option, self.replies) for option, _ in self.before if option != COLUMNS]
                 self.asked_columns = True
             elif choice == SENSOR:
                 self.sensor = None

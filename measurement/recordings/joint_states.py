@@ -49,11 +49,14 @@ def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]
     if not any(topics.values()):
         raise InputError(str(path), expected=f"messages {MESSAGE}", got="none", todo="record the topic of joint states")
     parts = [(topic, *part) for topic, messages in sorted(topics.items()) for part in _parts(messages)]
-    kept = [part for part in parts if _holds("effort", part[2]) and _holds("position", part[2])]
+    kept, left = list[Part](), list[str]()
+    for topic, joints, messages in parts:
+        if _holds("effort", messages) and _holds("position", messages):
+            kept.append((topic, joints, messages))
+        else:
+            left.append(f"{topic} of {', '.join(joints) or 'no joint'}")
     if not kept:
         _refuse_parts(path, parts)
-    left = [f"{topic} of {', '.join(joints) or 'no joint'}" for topic, joints, _ in parts
-            if (topic, joints) not in {one[:2] for one in kept}]  # fmt: skip
     made: list[Recording] = []
     for topic, joints, messages in kept:
         name = topic.strip("/").replace("/", "_") if len(topics) > 1 else ""
@@ -68,7 +71,7 @@ def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]
 
 def _holds(field: str, messages: list[tuple[int, Any]]) -> bool:
     """Whether messages hold numbers of a field."""
-    values = [value for _, message in messages for value in _elements(message, field)]
+    values = (value for _, message in messages for value in _elements(message, field))
     return any(not isinstance(value, float) or value == value for value in values)  # noqa: PLR0124 (NaN is not)
 
 

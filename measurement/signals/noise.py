@@ -71,7 +71,7 @@ def _weights(clock: bytes, order: int) -> Array:
         even = np.arange(order + 1.0)[None]
         return np.broadcast_to(_weights_of(even), (t.size - order, order + 1))
     # The unit of t changes nothing; it is taken out, so that products of gaps stay near 1.
-    rows = np.lib.stride_tricks.sliding_window_view(t / np.median(np.diff(t)), order + 1)
+    rows = np.lib.stride_tricks.sliding_window_view(t / np.median(gaps), order + 1)
     parts = [slice(first, first + ROWS_PER_BLOCK) for first in range(0, len(rows), ROWS_PER_BLOCK)]
     return np.concatenate([_weights_of(rows[part]) for part in parts])
 
