@@ -24,6 +24,7 @@ import numpy as np
 from haptid.identification.optimise.fewer_rows import with_fewer_rows
 from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import (
+    Damping,
     Descent,
     Simulated,
     SumOfSquares,
@@ -170,7 +171,7 @@ def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation)
             iterations=THRESHOLDS.most_iterations_of_last_level,
             tolerance=0.0,
             relative=THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish,
-            damping=1e-9,
+            damping=Damping(first=1e-9),
             tell=tell,
         )
     return replace(polished, calls=near.calls + polished.calls)

@@ -10,7 +10,7 @@ The cost of a fit is `SumOfSquares`, ‖r‖² of a `Problem`: R and c reduce it
 
 Damping in the scale of the columns is Marquardt's (1963); the update of λ by the gain ratio is Nielsen's (1999). No
 fixed ridge holds directions that the data see little of, so that long valleys (gravity and spring) are followed to
-their minimum.
+their minimum; where the cost is far above the noise a small one may be asked for (``unit_step``).
 """
 
 from __future__ import annotations
@@ -80,6 +80,27 @@ class Descent:
             Without simulations; its cost is infinite.
         """
         return cls(x=x, cost=float("inf"), calls=0, converged=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Damping:
+    """What shortens the steps of a descent.
+
+    Parameters
+    ----------
+    first
+        Damping λ of the first step.
+    unit_step
+        Share of the tolerance [1] that a step of length 1 along an unknown costs: a direction in which the whole cost
+        changes by less is not walked, and rounding does not decide where such an unknown goes.
+    """
+
+    first: float = 1e-3
+    unit_step: float = 0.0
+
+
+DAMPING = Damping()
+"""Damping in the scale of the columns alone."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,7 +227,7 @@ def minimise(
     iterations: int = 40,
     tolerance: float = 0.01,
     relative: float = 0.0,
-    damping: float = 1e-3,
+    damping: Damping = DAMPING,
     tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise a cost under bounds and orderings by Levenberg–Marquardt steps.
@@ -225,7 +246,7 @@ def minimise(
     relative
         The same as a share of the cost; the larger of both counts.
     damping
-        Damping λ of the first step.
+        What shortens the steps.
     tell
         Told after each simulation of all runs.
 
@@ -242,7 +263,7 @@ def minimise(
     `THRESHOLDS.least_damping` must be small as well; otherwise that step is tried.
     """
     now = objective.at(x)
-    growth, calls, converged, freed = 2.0, 1, False, False
+    size, growth, calls, converged, freed = damping.first, 2.0, 1, False, False
     if not np.isfinite(now.cost):
         return Descent(x=x, cost=now.cost, calls=calls, converged=False)
     R, c = now.triangle()
@@ -251,15 +272,15 @@ def minimise(
         limits = objective.constraints(x)
         excess = now.excess / THRESHOLDS.excess_cost_at_full_tolerance
         enough = max(tolerance * max(1.0, excess), relative * now.cost)
-        d, predicted = _step(R, c, damping, *limits)
+        d, predicted = _step(R, c, size, damping.unit_step * enough, *limits)
         # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
-            freed, damping = True, THRESHOLDS.least_damping
-            d, predicted = _step(R, c, damping, *limits)
+            freed, size = True, THRESHOLDS.least_damping
+            d, predicted = _step(R, c, size, damping.unit_step * enough, *limits)
         stalled = _stalls(costs, enough)
         # With damping above 1 a small prediction says that the step is short, not that the minimum is near.
-        converged = stalled or (predicted <= enough and damping < 1.0)
-        if converged or damping > THRESHOLDS.largest_damping:
+        converged = stalled or (predicted <= enough and size < 1.0)
+        if converged or size > THRESHOLDS.largest_damping:
             break
         moved = objective.move(x, d)
         trial = objective.at(moved)
@@ -268,10 +289,10 @@ def minimise(
         if ratio > THRESHOLDS.least_actual_over_predicted_decrease:
             x, now, growth, freed = moved, trial, 2.0, False
             R, c = now.triangle()
-            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), THRESHOLDS.least_damping)
+            size = max(size * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), THRESHOLDS.least_damping)
         else:
             # From 1e-6 upwards: a rejected undamped step would take many more simulations to become shorter.
-            damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
+            size, growth = max(size, 1e-6) * growth, 2.0 * growth
         costs.append(now.cost)
         tell(calls, now.cost)
     return Descent(x=x, cost=now.cost, calls=calls, converged=converged)
@@ -333,13 +354,15 @@ def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
     return triangle(np.concatenate(parts), np.concatenate(targets))
 
 
-def _step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:
-    """Return the step and the decrease of the cost that the linear model predicts for it."""
+def _step(R: Array, c: Array, damping: float, ridge: float, A: Array, slack: Array) -> tuple[Array, float]:
+    """Return the step and the decrease of the cost that the linear model predicts for it.
+
+    A step of length 1 along an unknown costs the ``ridge``.
+    """
     # The columns of R have the norms of the Jacobian's; the floor keeps the system regular where a column is 0.
     columns = np.maximum(np.linalg.norm(R, axis=0), 1e-12 * max(float(np.abs(R).max()), 1e-300))
-    damped, target = triangle(
-        np.vstack((R, np.diag(np.sqrt(damping) * columns))), -np.concatenate((c, np.zeros_like(c)))
-    )
+    held = np.sqrt(damping * columns**2 + ridge) if ridge else np.sqrt(damping) * columns
+    damped, target = triangle(np.vstack((R, np.diag(held))), -np.concatenate((c, np.zeros_like(c))))
     d = step_within(damped, target, A, np.minimum(slack, 0.0))
     left = c - R @ d
     return d, float(c @ c - left @ left)

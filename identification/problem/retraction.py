@@ -1,4 +1,4 @@
-"""Steps along the valley of a spring and its equilibrium position: `Problem` in, `Retraction` out.
+"""Steps along the valleys of a spring and of bristles that are bent at the start: `Problem` in, `Retraction` out.
 
 A straight step in (Ks, epos) changes the spring's torque at q = 0, o = Ks·epos, by ΔKs·Δepos and climbs out of the
 valley (`identification.problem.valleys`). A step d therefore moves Ks and o linearly, with the same tangent, and epos
@@ -7,6 +7,11 @@ follows:
     Ks⁺ = Ks + d_K,   epos⁺ = (Ks·epos + Ks·d_e + epos·d_K)/Ks⁺.
 
 Bounds of epos stay linear in d: lower·Ks⁺ ≤ Ks⁺·epos⁺ ≤ upper·Ks⁺.
+
+Along a measured motion the friction at the start, σ₀·z₀, is what the torque tells, while the stiffness σ₀ in presliding
+may move by orders of magnitude: at the same bristle deflection z₀ the first torques would do so too. With s = ln σ₀,
+
+    z₀⁺ = (z₀ + d_z + z₀·d_s)·exp(−d_s).
 """
 
 from __future__ import annotations
@@ -18,6 +23,27 @@ import numpy as np
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.problem.valleys import Spring, Valleys
 from haptid.measurement.values.run import Array
+from haptid.model.friction.registry import law_named
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bristles:
+    """Places of a stiffness in presliding, as its logarithm, and of the bristles' deflections at the start of a run.
+
+    Parameters
+    ----------
+    stiffness
+        Index of ln σ₀ among the unknowns.
+    start
+        Indices of the deflections δ among the unknowns, shape (n_z,).
+    rest
+        Deflection at δ = 0 over the unit of δ, shape (n_z,).
+    """
+
+    stiffness: int
+    start: tuple[int, ...]
+    rest: Array
+
 
 LEAST_STIFFNESS_OVER_UNIT = 1e-9
 """Smallest stiffness, over its scale w, at which the equilibrium position still follows the step in stiffness."""
@@ -33,14 +59,20 @@ class Retraction:
         Problem with the unknowns x (n,).
     springs
         Springs whose stiffness and equilibrium position are moved together.
+    bristles
+        Bristles of every run whose deflection at the start follows their stiffness.
     """
 
     problem: Problem
     springs: tuple[Spring, ...]
+    bristles: tuple[Bristles, ...]
 
     @classmethod
     def of(cls, problem: Problem) -> Retraction:
-        """Find the springs whose stiffness and equilibrium position are both free and of linear scale.
+        """Find what moves together: springs, and bristles whose start is fitted.
+
+        Of a spring both parameters are free and of linear scale; bristles have a free start in every run along a
+        measured motion, whose states are those of friction first.
 
         Parameters
         ----------
@@ -52,7 +84,7 @@ class Retraction:
         Retraction
         """
         springs = tuple(spring for spring in Valleys.of(problem.parametrisation).springs if not spring.log)
-        return cls(problem=problem, springs=springs)
+        return cls(problem=problem, springs=springs, bristles=_bristles_of(problem))
 
     def move(self, x: Array, d: Array) -> Array:
         """Move the unknowns along a step.
@@ -65,7 +97,8 @@ class Retraction:
         Returns
         -------
         ndarray, shape (n,)
-            x + d, with epos⁺ = (Ks·epos + Ks·d_e + epos·d_K)/Ks⁺ for every spring.
+            x + d, with epos⁺ = (Ks·epos + Ks·d_e + epos·d_K)/Ks⁺ for every spring, and
+            z₀⁺ = (z₀ + d_z + z₀·d_s)·exp(−d_s) for all bristles.
         """
         y = x + d
         for spring in self.springs:
@@ -76,6 +109,10 @@ class Retraction:
                 y[spring.position] = (
                     (K * e + K * d_e + e * d_K) / after - spring.position_centre
                 ) / spring.position_unit
+        for some in self.bristles:
+            places, d_s = list(some.start), float(d[some.stiffness])
+            z = some.rest + x[places]
+            y[places] = (z + d[places] + z * d_s) * np.exp(-d_s) - some.rest
         return y
 
     def slope(self, x: Array, d: Array) -> Array:
@@ -98,6 +135,11 @@ class Retraction:
                 result[spring.position, spring.position] = K / after
                 change = (e - now) / after * spring.stiffness_unit / spring.position_unit
                 result[spring.position, spring.stiffness] = change
+        for some in self.bristles:
+            places, d_s = list(some.start), float(d[some.stiffness])
+            result[places, places] = np.exp(-d_s)
+            # ∂z₀⁺/∂d_s = z₀·exp(−d_s) − z₀⁺.
+            result[places, some.stiffness] = (some.rest + x[places]) * np.exp(-d_s) - (some.rest + y[places])
         return result
 
     def constraints(self, x: Array) -> tuple[Array, Array]:
@@ -125,3 +167,26 @@ class Retraction:
                 # Distance from the bound in units of epos, times the relative change of Ks.
                 A[rows, spring.stiffness] -= slack[rows] * spring.stiffness_unit / stiffness
         return A, slack
+
+
+def _bristles_of(problem: Problem) -> tuple[Bristles, ...]:
+    """Find bristles whose deflection at the start and whose stiffness are both fitted."""
+    equations, parametrisation = problem.simulator.equations, problem.parametrisation
+    if equations.joints or not equations.friction:
+        return ()
+    law = law_named(equations.friction[0])
+    stiffness = law.roles.stiffness
+    if stiffness not in parametrisation.ids or not parametrisation.log[parametrisation.ids.index(stiffness)]:
+        return ()
+    found = []
+    of_friction = set(range(len(law.nominal({q.id: q.initial for q in equations.parameters}))))
+    for start, part in zip(problem.starts, problem.slices(), strict=True):
+        chosen = [k for k, state in enumerate(start.states) if state in of_friction]
+        if chosen:
+            bent = Bristles(
+                stiffness=parametrisation.ids.index(stiffness),
+                start=tuple(part.start + k for k in chosen),
+                rest=start.base[[start.states[k] for k in chosen]] / start.unit[chosen],
+            )
+            found.append(bent)
+    return tuple(found)

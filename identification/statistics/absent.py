@@ -175,6 +175,10 @@ def _stiction(fit: Fit, ids: Sequence[str], velocity: str, largest: float) -> tu
         return [], ""
     unit = fit.equations.parameter(stiction).unit
     sentence = f"no stiction is seen: {stiction} - {coulomb} < {plain(rise + reach)} {unit} with 95 %"
+    if velocity in fit.free:
+        # A rise that ends at a lower speed shows for a shorter time, and so may be larger.
+        fastest = fit.equations.parameter(velocity)
+        sentence += f", if it ends at {velocity} = {plain(fit.values[velocity])} {fastest.unit}"
     if rise + reach > largest:
         sentence = f"stiction is not told by these runs, whose torque ends at {plain(largest)} {unit}"
     return [stiction, velocity], sentence

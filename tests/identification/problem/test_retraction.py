@@ -1,4 +1,4 @@
-"""Steps along the valley of a spring and its equilibrium position."""
+"""Steps along the valleys of a spring and of bristles that are bent at the start."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import pytest
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.problem.retraction import Retraction
+from haptid.measurement.values.run import Array
+from tests.discrepancy.torque.test_torque import sweep
 from tests.identification.bench_joint import equations, runs, simulator
 
 
@@ -62,3 +64,55 @@ def test_no_allowed_step_leaves_the_bounds(retraction):
         assert obeys or not inside
         allowed += inside
     assert allowed > 20
+
+
+@pytest.fixture(scope="module")
+def along_motion() -> Retraction:
+    """Friction along a measured motion, whose bristles may be bent at the start."""
+    study = sweep(0.001)
+    return Retraction.of(Problem.of(study.simulator(), study.runs, FitOptions()))
+
+
+def first(retraction: Retraction) -> Array:
+    """Return the unknowns at the first guesses."""
+    problem = retraction.problem
+    return problem.unknowns_at(np.array([q.initial for q in problem.simulator.equations.parameters]))
+
+
+def bent(retraction: Retraction, x: Array, torque: float) -> Array:
+    """Return unknowns at which the bristles push with a torque [N m] at the start."""
+    problem = retraction.problem
+    ((start,),) = (some.start for some in retraction.bristles)  # one run, one bristle
+    stiffness = np.exp(x[problem.parametrisation.ids.index("sigma0")])
+    y = x.copy()
+    y[start] = torque / stiffness / problem.starts[0].unit[0]
+    return y
+
+
+def pushed(retraction: Retraction, x: Array) -> float:
+    """Return the torque σ₀·z₀ of the bristles at the start [N m]."""
+    problem = retraction.problem
+    theta = dict(zip((q.id for q in problem.simulator.equations.parameters), problem.theta(x), strict=True))
+    return float(theta["sigma0"] * problem.x0(x)[0][0])
+
+
+def test_bristles_keep_their_torque_at_the_start_as_they_get_stiffer(along_motion):
+    x = bent(along_motion, first(along_motion), 0.02)
+    (some,) = along_motion.bristles
+    d = np.zeros(x.size)
+    d[some.stiffness], d[list(some.start)] = 7.0, -7.0 * x[list(some.start)]
+    assert pushed(along_motion, x) == pytest.approx(0.02)
+    assert pushed(along_motion, along_motion.move(x, d)) == pytest.approx(0.02)
+    # A straight step would leave a torque of the other sign, a thousand times as large.
+    assert abs(pushed(along_motion, x + d)) > 100.0
+
+
+def test_slope_is_the_derivative_of_the_move_of_bristles(along_motion):
+    rng = np.random.default_rng(2)
+    x = bent(along_motion, first(along_motion), 0.02)
+    d = 0.1 * rng.standard_normal(x.size)
+    slope = along_motion.slope(x, d)
+    for k in range(x.size):
+        h = 1e-6 * np.eye(x.size)[k]
+        difference = (along_motion.move(x, d + h) - along_motion.move(x, d - h)) / 2e-6
+        np.testing.assert_allclose(slope[:, k], difference, atol=1e-7)
