@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.columns import KNOWN, NUMBERED
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.making.answers import Answers, device_of
 from haptid.measurement.making.moving_joints import moving_joints
@@ -24,7 +24,7 @@ from haptid.measurement.making.usable_rows import (
 )
 from haptid.measurement.naming.joint_names import numbers_by_name, understand_table
 from haptid.measurement.naming.lacking_columns import is_bare_demand, travel_alike
-from haptid.measurement.naming.mapping import NUMBERED, POSITION, REFERENCE, Target, free_joints, map_columns
+from haptid.measurement.naming.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.postures import median_postures
 from haptid.measurement.values.run import Array

@@ -6,16 +6,14 @@ recordings are left alone, because they mostly are the same measurements once mo
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from haptid.measurement.format.columns import NUMBERED
 from haptid.measurement.recordings import bam_log, lerobot, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.one_run import Recording
 
-NUMBER = re.compile(r"_(\d+)_")
-"""Number of the joint in the columns that a recording's reader names."""
 READERS: Mapping[str, Callable[[Path], list[Recording]]] = {
     ".mat": mat_file.read_mat,
     ".json": bam_log.read_bam_log,
@@ -71,5 +69,5 @@ def _numbered_alike(recordings: list[Recording]) -> list[Recording]:
 
 
 def _numbered(column: str, numbers: Mapping[int, int]) -> str:
-    found = NUMBER.search(column)
-    return column if found is None else NUMBER.sub(f"_{numbers[int(found[1])]}_", column, count=1)
+    found = NUMBERED.search(column)
+    return column if found is None else NUMBERED.sub(f"_{numbers[int(found[1])]}", column, count=1)

@@ -70,6 +70,15 @@ def test_back_asks_for_the_column_before_once_more(tables: Path, talk):
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
 
+def test_back_tells_of_a_column_of_any_name(tables: Path, talk):
+    """A word stood for the question before the columns, and a column may be called so."""
+    for path in tables.iterdir():
+        path.write_text(path.read_text().replace("foo", "the question before", 1))
+    done = talk(tables, FACTS + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "; back asks for the question before again)" in done.output
+
+
 def test_back_goes_back_beyond_what_a_table_still_lacks(tables: Path, talk):
     wrong = "position_0_rad\n\n"  # bar stays open, is asked for once more, and leads back to foo
     done = talk(tables, FACTS + wrong + "back\nback\ntorque_0_Nm\n\n" + "position_0_rad\n" + SENSOR + "y\n")

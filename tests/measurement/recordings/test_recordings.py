@@ -26,7 +26,8 @@ from haptid.measurement import new
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.naming.lacking_columns import tell_how_to_name
 from haptid.measurement.new import main
-from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, rosbag
+from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, recording, rosbag
+from haptid.measurement.recordings.one_run import recording_of
 from haptid.measurement.recordings.recording import recordings_in
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
@@ -732,6 +733,13 @@ def test_a_bag_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 # Folders
+
+
+def test_columns_that_end_with_a_joints_number_are_renumbered(folder: Path):
+    one = recording_of(folder / "a.mcap", {"duty_0": TORQUE, "position_0_rad": POSITION}, joints=("elbow",))
+    first = recording_of(folder / "b.mcap", {"duty_0": TORQUE, "position_0_rad": POSITION}, joints=("waist",))
+    made_alike = recording._numbered_alike([first, one])
+    assert made_alike[1].table.columns == ("duty_1", "position_1_rad")
 
 
 def test_tables_come_before_recordings(folder: Path):
