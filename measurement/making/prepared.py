@@ -104,7 +104,12 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     """
     device = device_of(answers)
     numbers = {} if device is None else numbers_by_name(device)
-    understood = [understand_table(table, answers.stated, answers.resolution, numbers) for table in tables]
+    everywhere = {column for table in tables for column in table.columns}
+    understood = []
+    for table in tables:
+        # Tables of different joints have different columns; one that no table has is a slip, and refused below.
+        stated = {c: goal for c, goal in answers.stated.items() if c in table.columns or c not in everywhere}
+        understood.append(understand_table(table, stated, answers.resolution, numbers))
     understood = _counted_from_zero(tables, understood, answers, device)
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)

@@ -243,3 +243,17 @@ def test_the_counts_of_a_turn_are_proposed_from_the_line_above_the_header(tables
     assert done.exit_code == 0, done.output
     assert "(as 2*pi/4096; one.csv says 'counts per turn: 4096') [2*pi/4096]" in done.output
     assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)
+
+
+def test_different_counts_of_a_turn_are_shown_and_none_is_proposed(tables: Path, talk):
+    for path, number in zip(sorted(tables.iterdir()), (4096, 8192), strict=True):
+        counts = np.round(300 * np.sin(3 * T)).astype(int)
+        frame = pd.DataFrame({"time_s": T, "torque_0_Nm": np.cos(3 * T), "encoder counts": counts})
+        path.write_text(f"# counts per turn: {number}\n" + frame.to_csv(index=False))
+    done = talk(tables, FACTS + "2*pi/8192\n" + "\n" + "y\n")
+    assert done.exit_code == 0, done.output
+    (asked,) = [line for line in done.output.splitlines() if line.startswith("Angle of one encoder count")]
+    assert (
+        "one.csv says 'counts per turn: 4096'; two.csv says 'counts per turn: 8192'; the reply holds for all" in asked
+    )
+    assert "): 2*pi/8192" in asked

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.naming.encoder_counts import counts_of_a_turn
@@ -18,7 +19,7 @@ from haptid.measurement.tables.table import Table
 def told_by(*lines: str) -> tuple[int, str] | None:
     tables = [Table(path=Path(f"{k}.csv"), frame=pd.DataFrame(), preamble=(line,)) for k, line in enumerate(lines)]
     told = counts_of_a_turn(tables)
-    return None if told is None else (told.counts, told.file)
+    return (told[0].counts, told[0].file) if len(told) == 1 else None
 
 
 @pytest.mark.parametrize(
@@ -51,15 +52,63 @@ def test_what_does_not_say_one_number_is_left_alone(lines: tuple[str, ...]):
     assert told_by(*lines) is None
 
 
-def test_a_script_takes_the_step_from_the_file_and_says_so(tmp_path: Path):
-    folder, t = tmp_path / "tables", np.arange(400) * 0.005
-    folder.mkdir()
+def counted_table(path: Path, name: str, *lines: str) -> None:
+    """Write a table with a position in counts, and lines above its header."""
+    t = np.arange(400) * 0.005
+    joint = re.sub(r"\D", "", name) or "0"
     counts = np.round(300 * np.sin(3 * t)).astype(int)
-    frame = pd.DataFrame({"time_s": t, "torque_0_Nm": np.cos(3 * t), "encoder counts": counts})
-    (folder / "log.csv").write_text("# counts per turn: 4096\n" + frame.to_csv(index=False))
-    made = CliRunner().invoke(main, [str(folder), "--measured", "--out", str(tmp_path / "made")])
-    assert made.exit_code == 0, made.output
+    frame = pd.DataFrame({"time_s": t, f"torque_{joint}_Nm": np.cos(3 * t), name: counts})
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("".join(f"{line}\n" for line in lines) + frame.to_csv(index=False))
+
+
+def made(folder: Path, *more: str) -> Result:
+    return CliRunner().invoke(main, [str(folder), "--measured", "--out", str(folder.parent / "made"), *more])
+
+
+def test_tables_of_one_joint_that_say_different_counts_are_refused(tmp_path: Path):
+    folder = tmp_path / "tables"
+    counted_table(folder / "a.csv", "encoder counts", "# counts per turn: 4096")
+    counted_table(folder / "b.csv", "encoder counts", "# counts per turn: 8192")
+    counted_table(folder / "c.csv", "encoder counts", "# counts per turn: 8192")
+    done = made(folder)
+    assert done.exit_code == 2
     assert (
-        "a count is 2*pi/4096 rad: log.csv says 'counts per turn: 4096' above its header (--resolution)" in made.output
+        "a.csv, b.csv: expected one number of counts per turn, got 4096 ('counts per turn: 4096' in a.csv) and 8192 "
+        "('counts per turn: 8192' in b.csv); a joint has one encoder: make a campaign of each, or state by --resolution"
+    ) in done.output
+    assert made(folder, "--resolution", "2*pi/4096").exit_code == 0
+
+
+def test_tables_of_different_joints_are_told_the_angle_of_each(tmp_path: Path):
+    folder = tmp_path / "tables"
+    counted_table(folder / "a.csv", "joint 1 encoder counts", "# counts per turn: 4096")
+    counted_table(folder / "b.csv", "joint 2 encoder counts", "# counts per turn: 8192")
+    done = made(folder)
+    assert done.exit_code == 2
+    options = re.findall(r"--map '([^']*)'", done.output)
+    assert options == [
+        "joint 1 encoder counts=position_1_rad*2*pi/4096",
+        "joint 2 encoder counts=position_2_rad*2*pi/8192",
+    ]
+    done = made(folder, *(word for option in options for word in ("--map", option)))
+    assert done.exit_code == 0, done.output
+    travels = [np.ptp(run.y) for run in read_campaign(tmp_path / "made").runs]
+    np.testing.assert_allclose(travels, [600 * 2 * np.pi / 4096, 600 * 2 * np.pi / 8192])
+
+
+def test_a_table_without_counts_says_nothing_of_those_of_another(tmp_path: Path):
+    folder = tmp_path / "tables"
+    counted_table(folder / "a.csv", "position_0_rad", "# counts per turn: 4096")
+    counted_table(folder / "b.csv", "encoder counts", "# counts per turn: 8192")
+    assert "a count is 2*pi/8192 rad: b.csv says" in made(folder).output
+
+
+def test_a_script_takes_the_step_from_the_file_and_says_so(tmp_path: Path):
+    counted_table(tmp_path / "tables" / "log.csv", "encoder counts", "# counts per turn: 4096")
+    done = made(tmp_path / "tables")
+    assert done.exit_code == 0, done.output
+    assert (
+        "a count is 2*pi/4096 rad: log.csv says 'counts per turn: 4096' above its header (--resolution)" in done.output
     )
     assert np.ptp(read_campaign(tmp_path / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)
