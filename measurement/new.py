@@ -33,7 +33,7 @@ from haptid.measurement.making.prepared import (
 )
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.writing import refuse_overwrite, write_table
-from haptid.measurement.naming.encoder_counts import refuse_different_counts
+from haptid.measurement.naming.encoder_counts import refuse_open_counts
 from haptid.measurement.naming.map_option import parse_map
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import known_names
@@ -95,7 +95,7 @@ def make_campaign(
         answers = answers_of(folder, tables, given, stated)
         with _all_that_lacks(tables, answers, origin=given["measured"] is not None):
             if answers.resolution is None:
-                refuse_different_counts(tables, stated)
+                refuse_open_counts(tables, stated)
             prepared = complete(prepare_tables(tables, answers), answers)
         click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
     assumed += _assume_one_constant(prepared, answers)

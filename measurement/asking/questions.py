@@ -154,15 +154,15 @@ def assume_step(
     Returns
     -------
     flags, assumed
-        The options with the angle, and a sentence on it; none where no position is in counts, no file says it, or two
-        say different numbers.
+        The options with the angle, and a sentence on it; none where no position is in counts, or the files do not say
+        one number.
     """
     told = counts_of_a_turn(tables_in_counts(tables, stated))
-    if flags["resolution"] is not None or len(told) != 1:
+    number = told[0].number if len(told) == 1 else None
+    if flags["resolution"] is not None or number is None:
         return flags, []
-    (one,) = told
-    sentence = f"a count is 2*pi/{one.counts} rad: {one.words} above its header (--resolution)"
-    return {**flags, "resolution": 2.0 * math.pi / one.counts}, [sentence]
+    sentence = f"a count is 2*pi/{number} rad: {told[0].says} above its header{told[0].means} (--resolution)"
+    return {**flags, "resolution": 2.0 * math.pi / number}, [sentence]
 
 
 def ask_step(told: Sequence[ToldCounts], *, first: bool) -> float:
@@ -180,8 +180,8 @@ def ask_step(told: Sequence[ToldCounts], *, first: bool) -> float:
     float
         Angle [rad], 0 or more.
     """
-    proposed = f"2*pi/{told[0].counts}" if len(told) == 1 else None
-    says = ["as 2*pi/4096", *(one.words for one in told)]
+    proposed = f"2*pi/{told[0].number}" if len(told) == 1 and told[0].number is not None else None
+    says = ["as 2*pi/4096", *(f"{one.says}{one.means}" for one in told)]
     if len(told) > 1:
         says.append("the reply holds for all tables; Ctrl-C leaves, and --map states an angle for each column")
     question = f"Angle of one encoder count [rad] ({'; '.join(says)})"

@@ -257,3 +257,21 @@ def test_different_counts_of_a_turn_are_shown_and_none_is_proposed(tables: Path,
         "one.csv says 'counts per turn: 4096'; two.csv says 'counts per turn: 8192'; the reply holds for all" in asked
     )
     assert "): 2*pi/8192" in asked
+
+
+@pytest.mark.parametrize(
+    ("line", "reply", "shown"),
+    [
+        ("encoder: 1024 lines, quadrature x4", "\n", ", which is 1024 × 4) [2*pi/4096]: "),
+        ("encoder: 1024 lines", "2*pi/4096\n", ", which may be 4096 or 2048 or 1024): 2*pi/4096"),
+    ],
+)
+def test_lines_of_an_encoder_are_proposed_or_quoted(tables: Path, talk, line: str, reply: str, shown: str):
+    for path in tables.iterdir():
+        counts = np.round(300 * np.sin(3 * T)).astype(int)
+        frame = pd.DataFrame({"time_s": T, "torque_0_Nm": np.cos(3 * T), "encoder counts": counts})
+        path.write_text(f"# {line}\n" + frame.to_csv(index=False))
+    done = talk(tables, FACTS + reply + "\n" + "y\n")
+    assert done.exit_code == 0, done.output
+    assert f"(as 2*pi/4096; one.csv says {line!r}{shown}" in done.output
+    assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)
