@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import struct
+import sys
 import tomllib
 import zlib
 from collections.abc import Callable
@@ -29,6 +30,7 @@ from haptid.measurement.new import main
 from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, recording, rosbag
 from haptid.measurement.recordings.one_run import recording_of
 from haptid.measurement.recordings.recording import recordings_in
+from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
 from tests.real_data import DATA
@@ -730,6 +732,45 @@ def test_a_bag_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(rosbag, "need", lacking)
     (folder / "a.bag").write_bytes(b"")
     assert "expected an environment with the extra 'rosbags'" in refusal(lambda: recordings_in(folder))
+
+
+# Libraries
+
+
+@pytest.mark.parametrize(
+    ("name", "library", "content", "raised"),
+    [
+        ("a.mat", "h5py", b"MATLAB 7.3 MAT-file", "ImportError('libhdf5.so.310: cannot open shared object file')"),
+        ("a.mcap", "mcap", b"", "ImportError('cannot import name x from mcap')"),
+        ("a.bag", "rosbags", b"", "AttributeError('module numpy has no attribute product')"),
+        ("a.parquet", "pyarrow", b"PAR1", "OSError('libarrow.so: file too short')"),
+    ],
+)
+def test_a_library_that_cannot_be_imported_is_told_with_its_reason(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, library: str, content: bytes, raised: str
+):
+    """It read as a damaged file, which was sound."""
+    broken = folder.parent / "broken" / library
+    broken.mkdir(parents=True)
+    (broken / "__init__.py").write_text(f"import sys\nsys.stderr.write('noise')\nraise {raised}\n")
+    monkeypatch.syspath_prepend(str(broken.parent))
+    for module in [module for module in sys.modules if module.partition(".")[0] == library]:
+        monkeypatch.delitem(sys.modules, module)
+    (folder / name).write_bytes(content)
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
+    assert done.exit_code == 2
+    kind, _, reason = raised.rstrip("')").partition("('")
+    assert f"{name}: expected a library {library} that can be imported, got an import that fails with " in done.output
+    assert f"{kind}: {reason}; install it again: pip install --force-reinstall {library}" in done.output
+    assert "noise" not in done.output
+
+
+def test_a_part_of_a_library_that_cannot_be_imported_later_is_no_damage(tmp_path: Path):
+    def read() -> None:
+        with damage_in_one_line(tmp_path / "a.mcap", "a recording", "copy it again"):
+            raise ModuleNotFoundError("No module named 'zstandard'", name="zstandard")
+
+    assert "expected a library zstandard that can be imported" in refusal(read)
 
 
 # Folders
