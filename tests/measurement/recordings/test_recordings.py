@@ -783,13 +783,33 @@ def test_columns_that_end_with_a_joints_number_are_renumbered(folder: Path):
     assert made_alike[1].table.columns == ("duty_1", "position_1_rad")
 
 
-def test_tables_come_before_recordings(folder: Path):
+def test_recordings_beside_tables_are_left_alone_and_named(folder: Path):
+    """They were passed over without a word."""
     savemat(folder / "a.mat", {"t": T, "q": POSITION})
-    (folder / "notes.json").write_text("{}")
+    (folder / "notes.json").write_text('{"entries": 3}')
+    (folder / "servo.json").write_text(json.dumps(bam()))
+    (folder / "notes.txt").write_text("a swing of the arm\n")
     table = pd.DataFrame({"time_s": T, "torque_0_Nm": TORQUE, "position_0_rad": POSITION})
     table.to_csv(folder / "b.csv", index=False)
-    content, _ = made(folder)
+    table.to_csv(folder / "c.txt", index=False, sep="\t")
+    content, said = made(folder)
     assert [run["file"] for run in content["runs"]] == ["b.csv"]
+    assert (
+        "not read beside the tables: c.txt, a.mat, servo.json; if other runs, make a campaign of them in a folder of "
+        "their own\n"
+    ) in said
+
+
+def test_a_folder_of_tables_alone_says_nothing_of_recordings(folder: Path):
+    pd.DataFrame({"time_s": T, "torque_0_Nm": TORQUE, "position_0_rad": POSITION}).to_csv(folder / "b.csv", index=False)
+    assert "not read beside" not in made(folder)[1]
+
+
+def test_bags_and_data_sets_beside_tables_are_named(folder: Path):
+    for name in ("bag/metadata.yaml", "bag/bag_0.db3", "meta/info.json", "old.bag/readme"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("{}")
+    assert recording.names_of_recordings(folder) == ["bag/bag_0.db3", "meta/info.json"]
 
 
 def test_two_recordings_of_one_name_are_refused(folder: Path):
