@@ -33,6 +33,7 @@ from haptid.measurement.recordings.recording import recordings_in
 from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
+from tests.measurement.recordings.mat_files import mat73
 from tests.real_data import DATA
 
 ROWS = 60
@@ -154,39 +155,12 @@ def test_a_mat_file_that_ends_its_reader_is_refused(folder: Path, monkeypatch: p
     # Some damaged files end SciPy's compiled reader by a segmentation fault.
     path = folder / "a.mat"
     savemat(path, {"t": T, "q": POSITION})
-    monkeypatch.setattr(mat_file, "load_vectors", end_process)
+    monkeypatch.setattr(mat_file, "load_variables", end_process)
     text = refusal(lambda: mat_file.read_mat(path))
     assert "expected a MATLAB file, got a damaged file (BrokenProcessPool); save it again" in text
 
 
 # MATLAB 7.3
-
-
-def mat73(path: Path, variables: dict[str, Any], **options: Any) -> None:
-    """Write a file as MATLAB does: a block of its own before HDF5, columns first, a class with each array."""
-    h5py = pytest.importorskip("h5py")
-    kinds = {"f": b"double", "u": b"char", "b": b"logical", "O": b"cell"}
-    with h5py.File(path, "w", userblock_size=512) as file:
-
-        def put(group: Any, name: str, value: Any) -> None:
-            if isinstance(value, dict):
-                made_group = group.create_group(name)
-                made_group.attrs["MATLAB_class"] = np.bytes_(b"struct")
-                for field, inner in value.items():
-                    put(made_group, field, inner)
-                return
-            text = isinstance(value, str)
-            array = np.array([ord(c) for c in value], dtype=np.uint16) if text else np.asarray(value)
-            array = array.reshape(-1, 1) if array.ndim < 2 else array
-            stored = group.create_dataset(name, data=array.T, **({} if text or array.size < 9 else options))
-            stored.attrs["MATLAB_class"] = np.bytes_(b"char" if text else kinds[array.dtype.kind])
-
-        for name, value in variables.items():
-            put(file, name, value)
-        file.create_group("#refs#").create_dataset("a", data=T)
-    content = bytearray(path.read_bytes())
-    content[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116, b" ") + bytes(8) + b"\x00\x02IM"
-    path.write_bytes(content)
 
 
 @pytest.mark.parametrize("compressed", [True, False])
