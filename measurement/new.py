@@ -33,10 +33,11 @@ from haptid.measurement.making.prepared import (
 )
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.writing import refuse_overwrite, write_table
+from haptid.measurement.naming.encoder_counts import refuse_open_counts
 from haptid.measurement.naming.map_option import parse_map
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import known_names
-from haptid.measurement.recordings.recording import KINDS, recordings_in
+from haptid.measurement.recordings.recording import KINDS, names_of_recordings, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
@@ -44,6 +45,9 @@ from haptid.support.command import word_command
 from haptid.support.errors import LONGEST, InputError, one_line, shorten
 from haptid.support.files.files import is_file, write_bytes, write_text
 from haptid.support.numbers import count_of
+
+LONGEST_LIST = 160
+"""Characters of a list of files in a line for the user."""
 
 
 def make_campaign(
@@ -65,8 +69,8 @@ def make_campaign(
     Returns
     -------
     dict
-        Folder, title, device and runs of the campaign, what was assumed, the remarks on likely slips, and why a fit
-        would refuse the campaign (None where none would).
+        Folder, title, device and runs of the campaign, the lines on how its tables were read, what was assumed, the
+        remarks on likely slips, and why a fit would refuse the campaign (None where none would).
 
     Raises
     ------
@@ -93,6 +97,8 @@ def make_campaign(
     else:
         answers = answers_of(folder, tables, given, stated)
         with _all_that_lacks(tables, answers, origin=given["measured"] is not None):
+            if answers.resolution is None:
+                refuse_open_counts(tables, stated)
             prepared = complete(prepare_tables(tables, answers), answers)
         click.echo("\n".join([*layouts, *describe(prepared), *describe_drives(prepared, answers)]))
     assumed += _assume_one_constant(prepared, answers)
@@ -109,7 +115,7 @@ def make_campaign(
     runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
     head = {"campaign": str(out), "title": campaign.title, "device": written.device, "measured": campaign.measured}
     found = {"remarks": written.remarks, "refused": written.refused or None}
-    return {**head, "understood": understood, "runs": runs, "assumed": assumed, **found}
+    return {**head, "understood": understood, "runs": runs, "layouts": layouts, "assumed": assumed, **found}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,20 +205,37 @@ def _ask_check(campaign: Campaign, renamed: tuple[str, str]) -> tuple[str, list[
 
 
 def _tables(folder: Path, stated: Collection[str]) -> tuple[list[Table], list[str]]:
-    """Return the tables, and a line on each that has another layout than the campaign format."""
+    """Return the tables, a line on each that has another layout than the campaign format, and one on files beside."""
     if is_file(folder):
         todo = f"name its folder, as in {word_command('init', 'measurement.new')} {folder.parent}"
         raise InputError(str(folder), expected="a folder of tables", got="a file", todo=todo)
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
-    if not paths:
-        # A text of any name may be a table, or notes beside recordings.
-        paths = sorted(path for path in folder.iterdir() if path.name.endswith(TEXTS) and is_table(path))
-    if not paths:
+    # A text of any name may be a table, or notes beside recordings.
+    texts = sorted(path for path in folder.iterdir() if path.name.endswith(TEXTS) and is_file(path))
+    texts = [path for path in texts if _holds_table(path, beside=bool(paths))]
+    if not paths and not texts:
         return _recordings(folder)
-    read = [_with_seconds(*read_logged_table(path), stated) for path in paths]
-    return [table for table, _ in read], _layout_lines(read)
+    read = [_with_seconds(*read_logged_table(path), stated) for path in paths or texts]
+    left = [*(path.name for path in texts if paths), *names_of_recordings(folder)]
+    return [table for table, _ in read], [*_layout_lines(read), *_lines_on_left(left)]
+
+
+def _holds_table(path: Path, *, beside: bool) -> bool:
+    """Whether a text holds a table; one beside tables is not needed, and may be one that cannot be read."""
+    try:
+        return is_table(path)
+    except InputError:
+        if beside:
+            return False
+        raise
+
+
+def _lines_on_left(names: list[str]) -> list[str]:
+    """Return a line on files that are left alone, since they mostly hold the runs of the tables once more."""
+    told = f"not read beside the tables: {shorten(', '.join(names), LONGEST_LIST)}"
+    return [f"{told}; if other runs, make a campaign of them in a folder of their own"] if names else []
 
 
 def _with_seconds(table: Table, layout: str, stated: Collection[str]) -> tuple[Table, str]:

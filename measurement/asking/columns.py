@@ -17,13 +17,13 @@ from functools import partial
 import click
 
 from haptid.measurement.asking.questions import BACK, NONE, WentBack, ask
-from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.columns import KNOWN, NUMBERED
 from haptid.measurement.making.answers import Answers, device_of
 from haptid.measurement.making.times import is_bare_time
 from haptid.measurement.naming.joint_names import joint_named_in, numbers_by_name, understand_table
 from haptid.measurement.naming.lacking_columns import propose_target
 from haptid.measurement.naming.map_option import parse_map
-from haptid.measurement.naming.mapping import COLUMNS_NEEDED, NUMBERED, Target, free_joints, lacking_signals
+from haptid.measurement.naming.mapping import COLUMNS_NEEDED, Target, free_joints, lacking_signals
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -41,12 +41,33 @@ EXAMPLES = {
 """Replies that name a column, by the signal that lacks."""
 Replies = dict[str, Target]
 """What is known of columns, by their names in the user's tables."""
-AskOne = Callable[[Replies, str], Replies]
-"""Question on one column: replies so far, and the column that `BACK` leads to or nothing, in; new replies out."""
-BEFORE_COLUMNS = "the question before"
-"""What `BACK` leads to at the first column, where questions on other things were asked."""
 DRIVEN = ("torque", "position")
 """Signals of which a joint needs both."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WayBack:
+    """Where `BACK` leads from a question on a column.
+
+    Parameters
+    ----------
+    is_open
+        Whether any question was asked before.
+    column
+        Column that the question before asks for; empty where it is on something else.
+    """
+
+    is_open: bool
+    column: str = ""
+
+    @property
+    def words(self) -> str:
+        """The column to which `BACK` goes, for the end of a question; empty where it is none."""
+        return f"; {BACK} asks for {self.column} again" if self.column else ""
+
+
+AskOne = Callable[[Replies, WayBack], Replies]
+"""Question on one column: replies so far, and where `BACK` leads, in; new replies out."""
 
 
 def ask_lacking_columns(
@@ -154,7 +175,8 @@ def _ask_in_turn(
     while waiting:
         column, question = waiting[0]
         try:
-            made = question(replies, past[-1].column if past else "" if first else BEFORE_COLUMNS)
+            back = WayBack(is_open=True, column=past[-1].column) if past else WayBack(is_open=not first)
+            made = question(replies, back)
         except WentBack:
             if not past:
                 raise
@@ -167,11 +189,6 @@ def _ask_in_turn(
         replies = made
         del waiting[0]
     return replies
-
-
-def _way_back(before: str) -> str:
-    """Tell the reply that goes back to a column; nothing where there is none."""
-    return f"; {BACK} asks for {before} again" if before and before != BEFORE_COLUMNS else ""
 
 
 def ask_all_columns(
@@ -203,7 +220,7 @@ def ask_all_columns(
     return _ask_in_turn(questions, dict(stated), [], {}, first=False)
 
 
-def _ask_again(column: str, understood: Target | None, replies: Replies, before: str) -> Replies:
+def _ask_again(column: str, understood: Target | None, replies: Replies, back: WayBack) -> Replies:
     """Return the replies with that to a column of which something is understood already, or nothing."""
     default = "" if understood is None else _write(understood)
 
@@ -212,8 +229,8 @@ def _ask_again(column: str, understood: Target | None, replies: Replies, before:
             return understood
         return Target(name=column) if reply == NONE else _read_target(reply)
 
-    ways = f"{_describe_ways(column, default)}{_way_back(before)}"
-    given = ask(f"{column} is ({ways})", default, read, may_go_back=bool(before))
+    ways = f"{_describe_ways(column, default)}{back.words}"
+    given = ask(f"{column} is ({ways})", default, read, may_go_back=back.is_open)
     others = {known: target for known, target in replies.items() if known != column}
     return others if given is None else {**others, column: given}
 
@@ -231,7 +248,7 @@ def _ask_column(
     names: Names,
     former: Mapping[str, Target],
     replies: Replies,
-    before: str,
+    back: WayBack,
 ) -> Replies:
     """Return the replies with that to one column; a column that stays open has none."""
     others = {known: target for known, target in replies.items() if known != column}
@@ -246,7 +263,7 @@ def _ask_column(
     ways = f"{goal}; {note}" if note else examples if number is None else NUMBERED.sub(f"_{number}", examples)
     if default:
         ways += f"; {NONE} leaves it unused"
-    ways += _way_back(before)
+    ways += back.words
 
     def read(reply: str) -> Target | None:
         if reply in ("", NONE):
@@ -256,7 +273,7 @@ def _ask_column(
             raise InputError(column, expected="a name that no other column has", got=target.name)
         return target
 
-    target = ask(f"{column} is ({ways})", default, read, may_go_back=bool(before))
+    target = ask(f"{column} is ({ways})", default, read, may_go_back=back.is_open)
     return others if target is None else {**others, column: target}
 
 

@@ -38,7 +38,7 @@ from haptid.measurement.making.prepared import (
     lack_supply,
     prepare_tables,
 )
-from haptid.measurement.naming.encoder_counts import counts_of_a_turn, holds_counts
+from haptid.measurement.naming.encoder_counts import counts_of_a_turn, tables_in_counts
 from haptid.measurement.naming.mapping import Target, refuse_reference_alone
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
@@ -154,8 +154,9 @@ class _Talk:
             if self.flags[option] is None:
                 reply = ask_fact(option, self.folder, self.tables, self.former, first=not self.before)
                 self._take(option, reply)
-        if self.flags["resolution"] is None and holds_counts(self.tables, self.replies):
-            self._take("resolution", ask_step(counts_of_a_turn(self.tables), first=not self.before))
+        counted = tables_in_counts(self.tables, self.replies)
+        if self.flags["resolution"] is None and counted:
+            self._take("resolution", ask_step(counts_of_a_turn(counted), first=not self.before))
         replies = ask_lacking_columns(
             self.tables, self._answers(), self.past, self.taken_back, first=not self.before and not self.changing
         )

@@ -14,7 +14,7 @@ import pandas as pd
 
 from haptid.measurement.making.answers import find_device, propose_device, propose_validation, select_runs
 from haptid.measurement.making.prepared import PreparedTable
-from haptid.measurement.naming.encoder_counts import ToldCounts, counts_of_a_turn, holds_counts
+from haptid.measurement.naming.encoder_counts import ToldCounts, counts_of_a_turn, tables_in_counts
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.signals.noise import estimate_noise, write_estimated_noise
 from haptid.measurement.signals.resolution import estimate_resolution
@@ -154,22 +154,24 @@ def assume_step(
     Returns
     -------
     flags, assumed
-        The options with the angle, and a sentence on it; none where no position is in counts, or no file says it.
+        The options with the angle, and a sentence on it; none where no position is in counts, or the files do not say
+        one number.
     """
-    told = counts_of_a_turn(tables)
-    if flags["resolution"] is not None or told is None or not holds_counts(tables, stated):
+    told = counts_of_a_turn(tables_in_counts(tables, stated))
+    number = told[0].number if len(told) == 1 else None
+    if flags["resolution"] is not None or number is None:
         return flags, []
-    sentence = f"a count is 2*pi/{told.counts} rad: {told.file} says {told.line!r} above its header (--resolution)"
-    return {**flags, "resolution": 2.0 * math.pi / told.counts}, [sentence]
+    sentence = f"a count is 2*pi/{number} rad: {told[0].says} above its header{told[0].means} (--resolution)"
+    return {**flags, "resolution": 2.0 * math.pi / number}, [sentence]
 
 
-def ask_step(told: ToldCounts | None, *, first: bool) -> float:
+def ask_step(told: Sequence[ToldCounts], *, first: bool) -> float:
     """Ask for the angle of one encoder count, without which counts cannot be converted.
 
     Parameters
     ----------
     told
-        What a file says of the counts of a turn; None where none does.
+        What files say of the counts of a turn; what they say is proposed where it is one number.
     first
         Whether no question was asked before.
 
@@ -178,9 +180,11 @@ def ask_step(told: ToldCounts | None, *, first: bool) -> float:
     float
         Angle [rad], 0 or more.
     """
-    proposed = None if told is None else f"2*pi/{told.counts}"
-    says = "" if told is None else f"; {told.file} says {told.line!r}"
-    question = f"Angle of one encoder count [rad] (as 2*pi/4096{says})"
+    proposed = f"2*pi/{told[0].number}" if len(told) == 1 and told[0].number is not None else None
+    says = ["as 2*pi/4096", *(f"{one.says}{one.means}" for one in told)]
+    if len(told) > 1:
+        says.append("the reply holds for all tables; Ctrl-C leaves, and --map states an angle for each column")
+    question = f"Angle of one encoder count [rad] ({'; '.join(says)})"
     return ask(
         question, proposed, lambda reply: _number_of(reply, "angle of a count", least=0.0), may_go_back=not first
     )

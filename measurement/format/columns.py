@@ -16,6 +16,8 @@ from haptid.support.errors import InputError
 
 JOINT = r"\d{1,3}"
 """Pattern of a joint's number in a name: no device has a thousand joints, and longer digits are no number."""
+NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
+"""The joint's number in a name of the campaign format."""
 KNOWN = re.compile(
     rf"time_s|(torque|torque_command|torque_measured)_{JOINT}_Nm|(force|force_command|force_measured)_{JOINT}_N"
     rf"|current_{JOINT}_A|voltage_{JOINT}_V|duty_{JOINT}|supply_V|enabled_{JOINT}|temperature_{JOINT}_C"

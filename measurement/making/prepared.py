@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.columns import KNOWN, NUMBERED
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.making.answers import Answers, device_of
 from haptid.measurement.making.moving_joints import moving_joints
@@ -24,7 +24,7 @@ from haptid.measurement.making.usable_rows import (
 )
 from haptid.measurement.naming.joint_names import numbers_by_name, understand_table
 from haptid.measurement.naming.lacking_columns import is_bare_demand, travel_alike
-from haptid.measurement.naming.mapping import NUMBERED, POSITION, REFERENCE, Target, free_joints, map_columns
+from haptid.measurement.naming.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.postures import median_postures
 from haptid.measurement.values.run import Array
@@ -104,7 +104,12 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
     """
     device = device_of(answers)
     numbers = {} if device is None else numbers_by_name(device)
-    understood = [understand_table(table, answers.stated, answers.resolution, numbers) for table in tables]
+    everywhere = {column for table in tables for column in table.columns}
+    understood = []
+    for table in tables:
+        # Tables of different joints have different columns; one that no table has is a slip, and refused below.
+        stated = {c: goal for c, goal in answers.stated.items() if c in table.columns or c not in everywhere}
+        understood.append(understand_table(table, stated, answers.resolution, numbers))
     understood = _counted_from_zero(tables, understood, answers, device)
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)

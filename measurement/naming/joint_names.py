@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.naming.mapping import NUMBERED, Target
+from haptid.measurement.format.columns import KNOWN, NUMBERED
+from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import understand_column, understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.model.device.device import Device

@@ -24,8 +24,6 @@ TORQUE = re.compile(
     rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A|voltage_({JOINT})_V|duty_({JOINT}))"
 )
 """Columns that drive a joint; one of the groups is its number."""
-NUMBERED = re.compile(rf"_({JOINT})(?=_|$)")
-"""The joint's number in a name of the campaign format."""
 FLAG = "--map"
 REFERENCE = re.compile(rf"reference_({JOINT})_(?:rad|m)")
 """Columns that tell a joint's controller where to go; the group is the joint's number."""

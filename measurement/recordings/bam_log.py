@@ -16,7 +16,7 @@ import numpy as np
 from haptid.measurement.recordings.one_run import Recording, recording_of
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
-from haptid.support.files.files import read_json
+from haptid.support.files.files import read_content, read_json
 
 WANTED = "a log of BAM"
 MOST_SHOWN_KEYS = 6
@@ -68,6 +68,26 @@ def read_bam_log(path: Path) -> list[Recording]:
         load = columns.pop("load")
         columns["duty_0"] = np.where(load >= SIGN, load - UNSIGNED, load) / FULL_DUTY
     return [recording_of(path, columns, about=_about(data))]
+
+
+def may_be_log(path: Path) -> bool:
+    """Whether a JSON file may be a log of BAM.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    bool
+        False where it lacks the keys of a log, whatever else it holds, or cannot be read.
+    """
+    try:
+        content = read_content(path, WANTED)
+    except InputError:
+        return False
+    return all(f'"{key}"'.encode() in content for key in ("entries", *NEEDED))
 
 
 def _column(path: Path, entries: Sequence[Mapping[str, Any]], key: str) -> Array:

@@ -1,9 +1,10 @@
-"""Read a MATLAB file: ``.mat`` of any version in, one run out.
+"""Read a MATLAB file: ``.mat`` of any version in, its runs out.
 
 Variables that are vectors of one length are the columns, as are the fields of a structure. Where two structures have a
 field of one name, names begin with that of the structure. A matrix gives a column per joint, ``q_0``, ``q_1`` ….
-Scalars and texts are left out. Objects of MATLAB (``table``, ``timetable``) cannot be read
-outside it. Files of version 7.3 need the extra ``matlab``.
+Elements of an array of structures or of cells are runs, or stand side by side (`mat_runs`). Scalars and texts are left
+out. Objects of MATLAB (``table``, ``timetable``) cannot be read outside it, and are named. Files of version 7.3 need
+the extra ``matlab``.
 """
 
 from __future__ import annotations
@@ -11,8 +12,7 @@ from __future__ import annotations
 import struct
 import warnings
 import zlib
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -21,11 +21,11 @@ import numpy as np
 from scipy import io
 
 from haptid.measurement.recordings import mat_hdf5
-from haptid.measurement.recordings.one_run import Place, Recording, named_by_place, recording_of, vectors_of
+from haptid.measurement.recordings.mat_runs import runs_of
+from haptid.measurement.recordings.mat_values import Unread, take_apart
+from haptid.measurement.recordings.one_run import Recording
 from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.tables.layout import refuse_bomb
-from haptid.measurement.values.run import Array
-from haptid.support.errors import InputError
 from haptid.support.files.files import read_content
 from haptid.support.installing.extras import need
 from haptid.support.processes.pool import Pool
@@ -36,7 +36,6 @@ HEADER_BYTES, ENDIAN = 128, slice(126, 128)
 """Length of the header of version 5, and where it states the order of bytes: ``IM`` is little-endian."""
 COMPRESSED = 15
 """Type of a compressed element."""
-LEAST_COLUMNS = 2
 PIECE_BYTES = 1 << 20
 
 
@@ -51,7 +50,7 @@ def read_mat(path: Path) -> list[Recording]:
     Returns
     -------
     list of Recording
-        The one run.
+        One for each element of an array that holds runs, and that of the vectors. The first says what was left out.
 
     Raises
     ------
@@ -62,19 +61,17 @@ def read_mat(path: Path) -> list[Recording]:
     content = read_content(path, "a MATLAB file")
     if content[:HEADER_BYTES].startswith(HDF5):
         need("matlab", str(path))
-        declared, load = mat_hdf5.declared_bytes, mat_hdf5.load_vectors
+        declared, load = mat_hdf5.declared_bytes, mat_hdf5.load_variables
     else:
-        declared, load = declared_bytes, load_vectors
+        declared, load = declared_bytes, load_variables
         for unpacked in _unpacked_bytes(content):
             refuse_bomb(path, unpacked)
     # The readers are compiled, and a damaged file can end their process (measured on mutated files).
     with damage_in_one_line(path, "a MATLAB file", "save it again"), Pool(1) as child:
         for size in child.submit(declared, content).result():
             refuse_bomb(path, size)
-        vectors = child.submit(load, content).result()
-    columns = _columns(path, vectors)
-    left = ", ".join(f"{name} ({values.size} values)" for name, values in vectors.items() if name not in columns)
-    return [recording_of(path, columns, about=f"of another length and left out: {left}" if left else "")]
+        variables = child.submit(load, content).result()
+    return runs_of(path, take_apart(variables))
 
 
 def declared_bytes(content: bytes) -> list[int]:
@@ -96,8 +93,8 @@ def declared_bytes(content: bytes) -> list[int]:
     return [8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in listed]
 
 
-def load_vectors(content: bytes) -> dict[str, Array]:
-    """Return the numeric vectors of a file.
+def load_variables(content: bytes) -> dict[str, Any]:
+    """Return the variables of a file.
 
     Parameters
     ----------
@@ -107,12 +104,35 @@ def load_vectors(content: bytes) -> dict[str, Array]:
     Returns
     -------
     dict
-        Vectors by name, each of shape (n_t,): of structures their fields, of matrices their columns.
+        Values by name, as `mat_values` takes them apart.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # on variables that cannot be read, which are left out
         variables = io.loadmat(BytesIO(content), squeeze_me=True, struct_as_record=False)
-    return named_by_place(_vectors({name: value for name, value in variables.items() if not name.startswith("__")}))
+    values = {name: _value(value) for name, value in variables.items() if not name.startswith("__")}
+    # SciPy gives objects the name None, and keeps theirs within.
+    return {value.name if isinstance(value, Unread) and value.name else name: value for name, value in values.items()}
+
+
+def _value(value: Any) -> Any:
+    """Return a value as `mat_values` takes it apart; None where it holds no numbers."""
+    if isinstance(value, io.matlab.mat_struct):
+        return {name: _value(getattr(value, name)) for name in value._fieldnames}
+    if isinstance(value, io.matlab.MatlabFunction):
+        return None
+    if isinstance(value, io.matlab.MatlabOpaque):
+        return _object(value)
+    if isinstance(value, io.matlab.MatlabObject):
+        return Unread(kind="an object of MATLAB")
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        return [_value(one) for one in value.ravel(order="F")]
+    return value if isinstance(value, np.ndarray) and value.dtype.kind in "fiub" else None
+
+
+def _object(value: Any) -> Unread | None:
+    """Return a table or another object of MATLAB by its name and class; None for a text."""
+    name, _, kind = (str(value[field].item()).strip("b'") for field in ("s0", "s1", "s2"))
+    return None if kind == "string" else Unread(kind=f"a {kind} of MATLAB", name=name)
 
 
 def _unpacked_bytes(content: bytes) -> Iterator[int]:
@@ -133,24 +153,3 @@ def _unpacked_bytes(content: bytes) -> Iterator[int]:
                 packed = unpacker.unconsumed_tail
                 yield unpacked
         place += length
-
-
-def _columns(path: Path, found: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the vectors of the commonest length."""
-    lengths = Counter(values.size for values in found.values())
-    rows, count = max(lengths.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
-    if count < LEAST_COLUMNS:
-        got = ", ".join(f"{name} of {values.size}" for name, values in found.items()) or "none"
-        todo = "save time, torque and position as vectors, a table by table2struct(T, 'ToScalar', true)"
-        raise InputError(str(path), expected="vectors of one length", got=got, todo=todo)
-    return {name: values for name, values in found.items() if values.size == rows}
-
-
-def _vectors(variables: Mapping[str, Any], place: Place = ()) -> Iterator[tuple[Place, Array]]:
-    """Yield the numeric vectors by their place: of structures their fields, of matrices their columns."""
-    for name, value in variables.items():
-        if isinstance(value, io.matlab.mat_struct):
-            yield from _vectors({field: getattr(value, field) for field in value._fieldnames}, (*place, name))
-        else:
-            for own, vector in vectors_of(name, value):
-                yield (*place, own), vector

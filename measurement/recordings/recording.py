@@ -1,21 +1,20 @@
 """Find and read the recordings of a folder: each file of another program in, `Recording`s out.
 
 They are read by ``haptid init`` alone: the campaign that it writes has tables. Where a folder holds tables as well, its
-recordings are left alone, because they mostly are the same measurements once more.
+recordings are left alone and named, because they mostly are the same measurements once more.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from haptid.measurement.format.columns import NUMBERED
 from haptid.measurement.recordings import bam_log, lerobot, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.one_run import Recording
+from haptid.support.files.files import is_file
 
-NUMBER = re.compile(r"_(\d+)_")
-"""Number of the joint in the columns that a recording's reader names."""
 READERS: Mapping[str, Callable[[Path], list[Recording]]] = {
     ".mat": mat_file.read_mat,
     ".json": bam_log.read_bam_log,
@@ -50,9 +49,31 @@ def recordings_in(folder: Path) -> list[Recording]:
     """
     if lerobot.is_data_set(folder):
         return lerobot.read_data_set(folder)
+    return _numbered_alike([one for path in _files_in(folder) for one in READERS[path.suffix](path)])
+
+
+def names_of_recordings(folder: Path) -> list[str]:
+    """Name the recordings of a folder without reading them.
+
+    Parameters
+    ----------
+    folder
+        Folder with any files.
+
+    Returns
+    -------
+    list of str
+        Paths below the folder; of JSON files those that may be a log of BAM, since others may hold anything.
+    """
+    files = [path for path in _files_in(folder) if path.suffix != ".json" or bam_log.may_be_log(path)]
+    return [str(path.relative_to(folder)) for path in files] + ([str(lerobot.INFO)] * lerobot.is_data_set(folder))
+
+
+def _files_in(folder: Path) -> list[Path]:
+    """Return the files of other programs in a folder, and in the bags of ROS 2 in it."""
     bags = [path.parent for path in folder.glob(f"*/{BAG_FOLDER}")]
     paths = sorted(path for place in (folder, *bags) for path in place.iterdir() if path.suffix in READERS)
-    return _numbered_alike([recording for path in paths for recording in READERS[path.suffix](path)])
+    return [path for path in paths if is_file(path)]
 
 
 def _numbered_alike(recordings: list[Recording]) -> list[Recording]:
@@ -71,5 +92,5 @@ def _numbered_alike(recordings: list[Recording]) -> list[Recording]:
 
 
 def _numbered(column: str, numbers: Mapping[int, int]) -> str:
-    found = NUMBER.search(column)
-    return column if found is None else NUMBER.sub(f"_{numbers[int(found[1])]}_", column, count=1)
+    found = NUMBERED.search(column)
+    return column if found is None else NUMBERED.sub(f"_{numbers[int(found[1])]}", column, count=1)

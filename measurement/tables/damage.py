@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from haptid.support.errors import InputError
+from haptid.support.installing.extras import cannot_be_imported
 
 CORRECT_CELL = "correct the cell, or take its row out"
 """What to do about a cell that holds no number."""
@@ -36,13 +37,15 @@ def damage_in_one_line(path: Path, expected: str, todo: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        That of the block as it is, or one that names the library's error.
+        That of the block as it is, or one that names the library's error; an import that fails is no damage.
     """
     try:
         yield
     except InputError:
         raise
     except Exception as error:  # the libraries and their decoders raise anything on a damaged file
+        if isinstance(error, ImportError) and error.name:  # a library may load parts of itself where it needs them
+            raise cannot_be_imported(error.name, str(path), error) from None
         got = f"a damaged file ({type(error).__name__})"
         raise InputError(str(path), expected=expected, got=got, todo=todo) from None
 

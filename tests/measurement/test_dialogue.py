@@ -70,6 +70,15 @@ def test_back_asks_for_the_column_before_once_more(tables: Path, talk):
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
 
+def test_back_tells_of_a_column_of_any_name(tables: Path, talk):
+    """A word stood for the question before the columns, and a column may be called so."""
+    for path in tables.iterdir():
+        path.write_text(path.read_text().replace("foo", "the question before", 1))
+    done = talk(tables, FACTS + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    assert "; back asks for the question before again)" in done.output
+
+
 def test_back_goes_back_beyond_what_a_table_still_lacks(tables: Path, talk):
     wrong = "position_0_rad\n\n"  # bar stays open, is asked for once more, and leads back to foo
     done = talk(tables, FACTS + wrong + "back\nback\ntorque_0_Nm\n\n" + "position_0_rad\n" + SENSOR + "y\n")
@@ -233,4 +242,36 @@ def test_the_counts_of_a_turn_are_proposed_from_the_line_above_the_header(tables
     done = talk(tables, FACTS + "\n" + "\n" + "y\n")
     assert done.exit_code == 0, done.output
     assert "(as 2*pi/4096; one.csv says 'counts per turn: 4096') [2*pi/4096]" in done.output
+    assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)
+
+
+def test_different_counts_of_a_turn_are_shown_and_none_is_proposed(tables: Path, talk):
+    for path, number in zip(sorted(tables.iterdir()), (4096, 8192), strict=True):
+        counts = np.round(300 * np.sin(3 * T)).astype(int)
+        frame = pd.DataFrame({"time_s": T, "torque_0_Nm": np.cos(3 * T), "encoder counts": counts})
+        path.write_text(f"# counts per turn: {number}\n" + frame.to_csv(index=False))
+    done = talk(tables, FACTS + "2*pi/8192\n" + "\n" + "y\n")
+    assert done.exit_code == 0, done.output
+    (asked,) = [line for line in done.output.splitlines() if line.startswith("Angle of one encoder count")]
+    assert (
+        "one.csv says 'counts per turn: 4096'; two.csv says 'counts per turn: 8192'; the reply holds for all" in asked
+    )
+    assert "): 2*pi/8192" in asked
+
+
+@pytest.mark.parametrize(
+    ("line", "reply", "shown"),
+    [
+        ("encoder: 1024 lines, quadrature x4", "\n", ", which is 1024 × 4) [2*pi/4096]: "),
+        ("encoder: 1024 lines", "2*pi/4096\n", ", which may be 4096 or 2048 or 1024): 2*pi/4096"),
+    ],
+)
+def test_lines_of_an_encoder_are_proposed_or_quoted(tables: Path, talk, line: str, reply: str, shown: str):
+    for path in tables.iterdir():
+        counts = np.round(300 * np.sin(3 * T)).astype(int)
+        frame = pd.DataFrame({"time_s": T, "torque_0_Nm": np.cos(3 * T), "encoder counts": counts})
+        path.write_text(f"# {line}\n" + frame.to_csv(index=False))
+    done = talk(tables, FACTS + reply + "\n" + "y\n")
+    assert done.exit_code == 0, done.output
+    assert f"(as 2*pi/4096; one.csv says {line!r}{shown}" in done.output
     assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(600 * 2 * np.pi / 4096)

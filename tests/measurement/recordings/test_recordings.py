@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import struct
+import sys
 import tomllib
 import zlib
 from collections.abc import Callable
@@ -26,10 +27,13 @@ from haptid.measurement import new
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.naming.lacking_columns import tell_how_to_name
 from haptid.measurement.new import main
-from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, rosbag
+from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, recording, rosbag
+from haptid.measurement.recordings.one_run import recording_of
 from haptid.measurement.recordings.recording import recordings_in
+from haptid.measurement.tables.damage import damage_in_one_line
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
+from tests.measurement.recordings.mat_files import mat73
 from tests.real_data import DATA
 
 ROWS = 60
@@ -151,39 +155,12 @@ def test_a_mat_file_that_ends_its_reader_is_refused(folder: Path, monkeypatch: p
     # Some damaged files end SciPy's compiled reader by a segmentation fault.
     path = folder / "a.mat"
     savemat(path, {"t": T, "q": POSITION})
-    monkeypatch.setattr(mat_file, "load_vectors", end_process)
+    monkeypatch.setattr(mat_file, "load_variables", end_process)
     text = refusal(lambda: mat_file.read_mat(path))
     assert "expected a MATLAB file, got a damaged file (BrokenProcessPool); save it again" in text
 
 
 # MATLAB 7.3
-
-
-def mat73(path: Path, variables: dict[str, Any], **options: Any) -> None:
-    """Write a file as MATLAB does: a block of its own before HDF5, columns first, a class with each array."""
-    h5py = pytest.importorskip("h5py")
-    kinds = {"f": b"double", "u": b"char", "b": b"logical", "O": b"cell"}
-    with h5py.File(path, "w", userblock_size=512) as file:
-
-        def put(group: Any, name: str, value: Any) -> None:
-            if isinstance(value, dict):
-                made_group = group.create_group(name)
-                made_group.attrs["MATLAB_class"] = np.bytes_(b"struct")
-                for field, inner in value.items():
-                    put(made_group, field, inner)
-                return
-            text = isinstance(value, str)
-            array = np.array([ord(c) for c in value], dtype=np.uint16) if text else np.asarray(value)
-            array = array.reshape(-1, 1) if array.ndim < 2 else array
-            stored = group.create_dataset(name, data=array.T, **({} if text or array.size < 9 else options))
-            stored.attrs["MATLAB_class"] = np.bytes_(b"char" if text else kinds[array.dtype.kind])
-
-        for name, value in variables.items():
-            put(file, name, value)
-        file.create_group("#refs#").create_dataset("a", data=T)
-    content = bytearray(path.read_bytes())
-    content[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116, b" ") + bytes(8) + b"\x00\x02IM"
-    path.write_bytes(content)
 
 
 @pytest.mark.parametrize("compressed", [True, False])
@@ -731,16 +708,82 @@ def test_a_bag_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
     assert "expected an environment with the extra 'rosbags'" in refusal(lambda: recordings_in(folder))
 
 
+# Libraries
+
+
+@pytest.mark.parametrize(
+    ("name", "library", "content", "raised"),
+    [
+        ("a.mat", "h5py", b"MATLAB 7.3 MAT-file", "ImportError('libhdf5.so.310: cannot open shared object file')"),
+        ("a.mcap", "mcap", b"", "ImportError('cannot import name x from mcap')"),
+        ("a.bag", "rosbags", b"", "AttributeError('module numpy has no attribute product')"),
+        ("a.parquet", "pyarrow", b"PAR1", "OSError('libarrow.so: file too short')"),
+    ],
+)
+def test_a_library_that_cannot_be_imported_is_told_with_its_reason(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, library: str, content: bytes, raised: str
+):
+    """It read as a damaged file, which was sound."""
+    broken = folder.parent / "broken" / library
+    broken.mkdir(parents=True)
+    (broken / "__init__.py").write_text(f"import sys\nsys.stderr.write('noise')\nraise {raised}\n")
+    monkeypatch.syspath_prepend(str(broken.parent))
+    for module in [module for module in sys.modules if module.partition(".")[0] == library]:
+        monkeypatch.delitem(sys.modules, module)
+    (folder / name).write_bytes(content)
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
+    assert done.exit_code == 2
+    kind, _, reason = raised.rstrip("')").partition("('")
+    assert f"{name}: expected a library {library} that can be imported, got an import that fails with " in done.output
+    assert f"{kind}: {reason}; install it again: pip install --force-reinstall {library}" in done.output
+    assert "noise" not in done.output
+
+
+def test_a_part_of_a_library_that_cannot_be_imported_later_is_no_damage(tmp_path: Path):
+    def read() -> None:
+        with damage_in_one_line(tmp_path / "a.mcap", "a recording", "copy it again"):
+            raise ModuleNotFoundError("No module named 'zstandard'", name="zstandard")
+
+    assert "expected a library zstandard that can be imported" in refusal(read)
+
+
 # Folders
 
 
-def test_tables_come_before_recordings(folder: Path):
+def test_columns_that_end_with_a_joints_number_are_renumbered(folder: Path):
+    one = recording_of(folder / "a.mcap", {"duty_0": TORQUE, "position_0_rad": POSITION}, joints=("elbow",))
+    first = recording_of(folder / "b.mcap", {"duty_0": TORQUE, "position_0_rad": POSITION}, joints=("waist",))
+    made_alike = recording._numbered_alike([first, one])
+    assert made_alike[1].table.columns == ("duty_1", "position_1_rad")
+
+
+def test_recordings_beside_tables_are_left_alone_and_named(folder: Path):
+    """They were passed over without a word."""
     savemat(folder / "a.mat", {"t": T, "q": POSITION})
-    (folder / "notes.json").write_text("{}")
+    (folder / "notes.json").write_text('{"entries": 3}')
+    (folder / "servo.json").write_text(json.dumps(bam()))
+    (folder / "notes.txt").write_text("a swing of the arm\n")
     table = pd.DataFrame({"time_s": T, "torque_0_Nm": TORQUE, "position_0_rad": POSITION})
     table.to_csv(folder / "b.csv", index=False)
-    content, _ = made(folder)
+    table.to_csv(folder / "c.txt", index=False, sep="\t")
+    content, said = made(folder)
     assert [run["file"] for run in content["runs"]] == ["b.csv"]
+    assert (
+        "not read beside the tables: c.txt, a.mat, servo.json; if other runs, make a campaign of them in a folder of "
+        "their own\n"
+    ) in said
+
+
+def test_a_folder_of_tables_alone_says_nothing_of_recordings(folder: Path):
+    pd.DataFrame({"time_s": T, "torque_0_Nm": TORQUE, "position_0_rad": POSITION}).to_csv(folder / "b.csv", index=False)
+    assert "not read beside" not in made(folder)[1]
+
+
+def test_bags_and_data_sets_beside_tables_are_named(folder: Path):
+    for name in ("bag/metadata.yaml", "bag/bag_0.db3", "meta/info.json", "old.bag/readme"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("{}")
+    assert recording.names_of_recordings(folder) == ["bag/bag_0.db3", "meta/info.json"]
 
 
 def test_two_recordings_of_one_name_are_refused(folder: Path):
