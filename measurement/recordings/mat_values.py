@@ -63,7 +63,13 @@ class Elements:
         return ", ".join(".".join((*self.place, name)) for name in self.names)
 
     def side_by_side(self) -> Parts:
-        """Return the vectors of all elements, with the elements' numbers from 0 in their names."""
+        """Put the vectors of all elements side by side, with the elements' numbers from 0 in their names.
+
+        Returns
+        -------
+        Parts
+            Vectors by their place, and by its name what could not be taken apart.
+        """
         joined = Parts()
         for number, parts in enumerate(self.each):
             for inner, values in parts.vectors.items():
