@@ -70,7 +70,7 @@ def draw_growth(stored: Mapping[str, Any]) -> Drawing:
             above, below = axes[2 * block, column], axes[2 * block + 1, column]
             _draw_curve(above, below, curve)
             if column == 0:
-                above.set_ylabel("processor time [s]")
+                above.set_ylabel("processor time [s], log")
                 below.set_ylabel("peak memory [MB]")
     return made
 
@@ -179,6 +179,8 @@ def page_of(stored: Mapping[str, Any]) -> str:
         "## What grows with what",
         "",
         "![Processor time and peak memory over what grows](performance.png)",
+        "",
+        "What grows and processor time are on logarithmic axes, each panel with its own ends; memory is from 0.",
         "",
         f"Measured {curves_in_words(stored)}. Memory is that of the first process, without those of its workers.",
         "",
