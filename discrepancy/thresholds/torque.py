@@ -43,9 +43,6 @@ class TorqueThresholds:
     share_of_tolerance_for_unit_step: float = 1e-4
     """Share of the tolerance [1] that a step of length 1 costs in a descent. Far smaller, and rounding moves friction
     that no torque tells across its range, and with it what is named; at 0.01 valleys are left before their end."""
-    least_kept_share_of_promise: float = 0.9
-    """Share of the energy that the scan promised to first order [1] from which a refit has found what was promised: a
-    second start, with smaller amplitudes, is for linear estimates that are far too large."""
     most_simulations_of_start: int = 60
     """Largest number of simulations of all runs from one start, of the torque or through the controller."""
     most_effects: int = 4
