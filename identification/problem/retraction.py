@@ -175,8 +175,10 @@ def _bristles_of(problem: Problem) -> tuple[Bristles, ...]:
     if equations.joints or not equations.friction:
         return ()
     law = law_named(equations.friction[0])
-    stiffness = law.roles.stiffness
-    if stiffness not in parametrisation.ids or not parametrisation.log[parametrisation.ids.index(stiffness)]:
+    if law.roles.stiffness not in parametrisation.ids:
+        return ()
+    stiffness = parametrisation.ids.index(law.roles.stiffness)
+    if not parametrisation.log[stiffness]:
         return ()
     found = []
     of_friction = set(range(len(law.nominal({q.id: q.initial for q in equations.parameters}))))
@@ -184,7 +186,7 @@ def _bristles_of(problem: Problem) -> tuple[Bristles, ...]:
         chosen = [k for k, state in enumerate(start.states) if state in of_friction]
         if chosen:
             bent = Bristles(
-                stiffness=parametrisation.ids.index(stiffness),
+                stiffness=stiffness,
                 start=tuple(part.start + k for k in chosen),
                 rest=start.base[[start.states[k] for k in chosen]] / start.unit[chosen],
             )

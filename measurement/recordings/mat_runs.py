@@ -186,6 +186,6 @@ def _add_elements(found: _Found, elements: Elements, beside: Vectors) -> set[Pla
             columns = {name if looks_like_time(name) else joint + name: values for name, values in columns.items()}
         label = "run" if elements.cells else "_".join((*elements.place, *elements.names))
         made += found.add(f"{label}_{number + 1}", columns, f"{elements.words}({number + 1}).")
-        found.unread.update({f"{elements.words}({number + 1}).{name}": kind for name, kind in parts.unread.items()})
+        found.unread.update(elements.unread_in(number))
     found.about.append(f"{made} of {len(elements.each)} elements of {elements.words} are a run each")
     return used

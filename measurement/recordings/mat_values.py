@@ -62,6 +62,21 @@ class Elements:
         """The arrays' names, for the user."""
         return ", ".join(".".join((*self.place, name)) for name in self.names)
 
+    def unread_in(self, number: int) -> dict[str, str]:
+        """Name what could not be taken apart in one element, as MATLAB counts them.
+
+        Parameters
+        ----------
+        number
+            Number of the element, from 0.
+
+        Returns
+        -------
+        dict
+            In words, by name.
+        """
+        return {f"{self.words}({number + 1}).{name}": kind for name, kind in self.each[number].unread.items()}
+
     def side_by_side(self) -> Parts:
         """Put the vectors of all elements side by side, with the elements' numbers from 0 in their names.
 
@@ -75,7 +90,7 @@ class Elements:
             for inner, values in parts.vectors.items():
                 own = (f"{inner[-1]}_{number}",) if self.cells else (f"{self.names[0]}_{number}", *inner)
                 joined.vectors[(*self.place, *own)] = values
-            joined.unread.update({f"{self.words}({number + 1}).{name}": kind for name, kind in parts.unread.items()})
+            joined.unread.update(self.unread_in(number))
         return joined
 
 
