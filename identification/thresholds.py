@@ -205,6 +205,18 @@ class Thresholds:
     step singular."""
     largest_damping: float = 1e9
     """Damping λ of Levenberg-Marquardt [1] above which the minimiser stops."""
+    share_of_tolerance_for_unit_step: float = 1e-4
+    """Share of the tolerance [1] that a step of length 1 costs in a descent. Far smaller, and rounding moves what
+    no residual tells across its range, and with it what is named; at 0.01 valleys are left before their end."""
+    longest_step_of_logarithm: float = 0.35
+    """Longest step along the logarithm of a parameter [1] in a fit of the nominal model, a factor of √2: far from a
+    minimum the slopes send what the residual hardly sees to the end of its range, where it sees nothing of it."""
+    largest_room_at_limit: float = 1e-4
+    """Distance of coordinates [1] up to which they have met a bound or an ordering."""
+    places_beside_corner: int = 5
+    """Number of values over its range [1] at which a parameter is placed that no residual sees where a limit is met."""
+    most_corners_of_descent: int = 3
+    """Largest number of corners that one minimisation is led out of [1]."""
     least_actual_over_predicted_decrease: float = 1e-4
     """Actual over predicted decrease of the cost [1] above which a step is accepted."""
     most_halvings_of_inner_step: int = 3

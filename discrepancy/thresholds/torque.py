@@ -40,9 +40,6 @@ class TorqueThresholds:
     lengths of a residual it is a thousandth of a unit of log score."""
     least_decrease_of_trial: float = 1e-4
     """The same while effects are tried: a hundredth of a unit of log score decides nothing."""
-    share_of_tolerance_for_unit_step: float = 1e-4
-    """Share of the tolerance [1] that a step of length 1 costs in a descent. Far smaller, and rounding moves friction
-    that no torque tells across its range, and with it what is named; at 0.01 valleys are left before their end."""
     most_simulations_of_start: int = 60
     """Largest number of simulations of all runs from one start, of the torque or through the controller."""
     most_effects: int = 4

@@ -12,7 +12,7 @@ from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.baseline.least_squares import correlation_length
-from haptid.identification.optimise.levenberg_marquardt import Damping, Descent, SumOfSquares, minimise
+from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.statistics.identifiability import on_bound
@@ -146,7 +146,6 @@ def descend_from_all(
             problem.unknowns_at(theta),
             iterations=THRESHOLDS.torque.most_simulations_of_start,
             relative=relative,
-            damping=Damping(unit_step=THRESHOLDS.torque.share_of_tolerance_for_unit_step),
         ),
         thetas,
         threads=threads,

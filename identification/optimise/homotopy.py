@@ -6,9 +6,9 @@ gain L [1/s], the simulation stays near the data, the cost has fewer minima, and
 
 1. Move the first unknowns inside bounds and orderings (`feasible`).
 2. Minimise at every observer gain of the options, in their order, each level from the minimum of the level
-   before; the levels run at a coarser inner step and on fewer rows where the data allow it. Where the simulation under
-   the last gain is near the data already (`is_near_the_data`), no false minimum lies between, and the last level
-   follows at once.
+   before; the levels run at a coarser inner step and on fewer rows where the data allow it. A level that ends in a
+   corner goes on from beside it (`identification.optimise.corners`). Where the simulation under the last gain is near
+   the data already (`is_near_the_data`), no false minimum lies between, and the last level follows at once.
 3. Polish the last minimum by Levenberg–Marquardt on all rows, at the model's own inner step (`polish`). Far above the
    noise the coarser problem is polished, and the best of several starts again on all rows
    (`identification.fit.minima`).
@@ -21,10 +21,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from haptid.identification.optimise.corners import leave_corners
 from haptid.identification.optimise.fewer_rows import with_fewer_rows
 from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import (
-    Damping,
     Descent,
     Simulated,
     SumOfSquares,
@@ -164,14 +164,13 @@ def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation)
         )
     else:
         # A few hundred independent parts of a model error determine the parameters.
-        far = is_far(problem, near)
         polished = minimise(
-            SumOfSquares.of(problem, gain),
+            _cost(problem, gain),
             near.x,
             iterations=THRESHOLDS.most_iterations_of_last_level,
             tolerance=0.0,
-            relative=THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish,
-            damping=Damping(first=1e-9),
+            relative=THRESHOLDS.tolerance_of_polish_far if is_far(problem, near) else THRESHOLDS.tolerance_of_polish,
+            damping=1e-9,
             tell=tell,
         )
     return replace(polished, calls=near.calls + polished.calls)
@@ -222,13 +221,22 @@ def _level(  # what is minimised, where it begins, and who listens
     iterations, tolerance = THRESHOLDS.most_iterations_of_early_level, THRESHOLDS.tolerance_of_early_level
     if last:
         iterations, tolerance = THRESHOLDS.most_iterations_of_last_level, THRESHOLDS.tolerance_of_last_level
-    # Near the data Levenberg–Marquardt converges quadratically, SLSQP in three to five times as many simulations.
-    if problem.options.method == "gauss_newton" or (near and not problem.options.passive):
-        cost = SumOfSquares.of(problem, gains[number])
-        return minimise(cost, x, iterations=iterations, tolerance=0.0, relative=tolerance, tell=tell)
-    # Strong damping in the first levels, where the parameters may be far from the minimum.
-    damping = max(0.1**number, THRESHOLDS.least_damping_of_slsqp)
-    return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping, tell=tell)
+    cost = _cost(problem, gains[number])
+
+    def minimise_from(x: Array) -> Descent:
+        # Near the data Levenberg–Marquardt converges quadratically, SLSQP in three to five times as many simulations.
+        if problem.options.method == "gauss_newton" or (near and not problem.options.passive):
+            return minimise(cost, x, iterations=iterations, tolerance=0.0, relative=tolerance, tell=tell)
+        # Strong damping in the first levels, where the parameters may be far from the minimum.
+        damping = max(0.1**number, THRESHOLDS.least_damping_of_slsqp)
+        return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping, tell=tell)
+
+    return leave_corners(cost, minimise_from(x), minimise_from, THRESHOLDS.tolerance_of_early_level)
+
+
+def _cost(problem: Problem, gain: float) -> SumOfSquares:
+    """Return the cost under one gain; no step leads far from where the slopes were taken."""
+    return SumOfSquares.of(problem, gain, longest=THRESHOLDS.longest_step_of_logarithm)
 
 
 def feasible(problem: Problem, x: Array) -> Array:

@@ -8,9 +8,10 @@
 
 The cost of a fit is `SumOfSquares`, ‖r‖² of a `Problem`: R and c reduce its Jacobian and residual.
 
-Damping in the scale of the columns is Marquardt's (1963); the update of λ by the gain ratio is Nielsen's (1999). No
-fixed ridge holds directions that the data see little of, so that long valleys (gravity and spring) are followed to
-their minimum; where the cost is far above the noise a small one may be asked for (``unit_step``).
+Damping in the scale of the columns is Marquardt's (1963); the update of λ by the gain ratio is Nielsen's (1999). A
+step of length 1 along an unknown costs a small share of the tolerance besides
+(`THRESHOLDS.share_of_tolerance_for_unit_step`): long valleys (gravity and spring) are followed to their minimum, and
+rounding does not decide where an unknown goes that the residual does not see.
 """
 
 from __future__ import annotations
@@ -82,25 +83,8 @@ class Descent:
         return cls(x=x, cost=float("inf"), calls=0, converged=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Damping:
-    """What shortens the steps of a descent.
-
-    Parameters
-    ----------
-    first
-        Damping λ of the first step.
-    unit_step
-        Share of the tolerance [1] that a step of length 1 along an unknown costs: a direction in which the whole cost
-        changes by less is not walked, and rounding does not decide where such an unknown goes.
-    """
-
-    first: float = 1e-3
-    unit_step: float = 0.0
-
-
-DAMPING = Damping()
-"""Damping in the scale of the columns alone."""
+FIRST_DAMPING = 1e-3
+"""Damping λ of the first step [1], where nothing is known of the way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,14 +166,17 @@ class SumOfSquares:
         Observer gain L [1/s].
     along
         Moves the unknowns along the valleys of springs.
+    longest
+        Longest step along the logarithm of a parameter [1].
     """
 
     problem: Problem
     gain: float
     along: Retraction
+    longest: float = float("inf")
 
     @classmethod
-    def of(cls, problem: Problem, gain: float = 0.0) -> SumOfSquares:
+    def of(cls, problem: Problem, gain: float = 0.0, *, longest: float = float("inf")) -> SumOfSquares:
         """Return the cost of a problem.
 
         Parameters
@@ -198,12 +185,14 @@ class SumOfSquares:
             Problem with residuals r(x).
         gain
             Observer gain L [1/s]; 0 simulates freely.
+        longest
+            Longest step along the logarithm of a parameter [1].
 
         Returns
         -------
         SumOfSquares
         """
-        return cls(problem=problem, gain=gain, along=Retraction.of(problem))
+        return cls(problem=problem, gain=gain, along=Retraction.of(problem), longest=longest)
 
     def at(self, x: Array) -> Trial:
         """See `Cost`; all runs are simulated with sensitivities."""
@@ -212,8 +201,13 @@ class SumOfSquares:
         return Trial(cost=cost, excess=cost - blocks.residual.size, triangle=partial(triangle_by_runs, blocks))
 
     def constraints(self, x: Array) -> tuple[Array, Array]:
-        """See `Cost`."""
-        return self.along.constraints(x)
+        """See `Cost`; no step along a logarithm is longer than ``longest``."""
+        A, slack = self.along.constraints(x)
+        if not np.isfinite(self.longest):
+            return A, slack
+        steps = np.eye(x.size)[np.flatnonzero(self.problem.parametrisation.log)]
+        longest = np.full(2 * len(steps), -self.longest)
+        return np.vstack((A, steps, -steps)), np.concatenate((slack, longest))
 
     def move(self, x: Array, d: Array) -> Array:
         """See `Cost`; springs move along their valleys."""
@@ -227,7 +221,7 @@ def minimise(
     iterations: int = 40,
     tolerance: float = 0.01,
     relative: float = 0.0,
-    damping: Damping = DAMPING,
+    damping: float = FIRST_DAMPING,
     tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise a cost under bounds and orderings by Levenberg–Marquardt steps.
@@ -246,7 +240,7 @@ def minimise(
     relative
         The same as a share of the cost; the larger of both counts.
     damping
-        What shortens the steps.
+        Damping λ of the first step [1].
     tell
         Told after each simulation of all runs.
 
@@ -263,7 +257,7 @@ def minimise(
     `THRESHOLDS.least_damping` must be small as well; otherwise that step is tried.
     """
     now = objective.at(x)
-    size, growth, calls, converged, freed = damping.first, 2.0, 1, False, False
+    size, growth, calls, converged, freed = damping, 2.0, 1, False, False
     if not np.isfinite(now.cost):
         return Descent(x=x, cost=now.cost, calls=calls, converged=False)
     R, c = now.triangle()
@@ -272,11 +266,11 @@ def minimise(
         limits = objective.constraints(x)
         excess = now.excess / THRESHOLDS.excess_cost_at_full_tolerance
         enough = max(tolerance * max(1.0, excess), relative * now.cost)
-        d, predicted = _step(R, c, size, damping.unit_step * enough, *limits)
+        d, predicted = _step(R, c, size, enough, *limits)
         # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
             freed, size = True, THRESHOLDS.least_damping
-            d, predicted = _step(R, c, size, damping.unit_step * enough, *limits)
+            d, predicted = _step(R, c, size, enough, *limits)
         stalled = _stalls(costs, enough)
         # With damping above 1 a small prediction says that the step is short, not that the minimum is near.
         converged = stalled or (predicted <= enough and size < 1.0)
@@ -296,6 +290,48 @@ def minimise(
         costs.append(now.cost)
         tell(calls, now.cost)
     return Descent(x=x, cost=now.cost, calls=calls, converged=converged)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Foreseen:
+    """What one step from some unknowns promises.
+
+    Parameters
+    ----------
+    cost
+        Cost there [squares over the noise].
+    predicted
+        Decrease that the linear model predicts for the step [squares over the noise].
+    seen
+        Norms of the columns of the Jacobian, shape (n,): change of the residual for each unknown.
+    """
+
+    cost: float
+    predicted: float
+    seen: Array
+
+
+def foresee(objective: Cost, x: Array) -> Foreseen | None:
+    """Predict what one step lowers the cost by.
+
+    Parameters
+    ----------
+    objective
+        The cost.
+    x
+        Unknowns, shape (n,).
+
+    Returns
+    -------
+    Foreseen or None
+        None where the simulation is not finite.
+    """
+    now = objective.at(x)
+    if not np.isfinite(now.cost):
+        return None
+    R, c = now.triangle()
+    _, predicted = _step(R, c, FIRST_DAMPING, 0.0, *objective.constraints(x))
+    return Foreseen(cost=now.cost, predicted=predicted, seen=np.linalg.norm(R, axis=0))
 
 
 def _stalls(costs: list[float], enough: float) -> bool:
@@ -354,14 +390,14 @@ def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
     return triangle(np.concatenate(parts), np.concatenate(targets))
 
 
-def _step(R: Array, c: Array, damping: float, ridge: float, A: Array, slack: Array) -> tuple[Array, float]:
+def _step(R: Array, c: Array, damping: float, enough: float, A: Array, slack: Array) -> tuple[Array, float]:
     """Return the step and the decrease of the cost that the linear model predicts for it.
 
-    A step of length 1 along an unknown costs the ``ridge``.
+    A decrease below ``enough`` ends the descent.
     """
     # The columns of R have the norms of the Jacobian's; the floor keeps the system regular where a column is 0.
     columns = np.maximum(np.linalg.norm(R, axis=0), 1e-12 * max(float(np.abs(R).max()), 1e-300))
-    held = np.sqrt(damping * columns**2 + ridge) if ridge else np.sqrt(damping) * columns
+    held = np.hypot(np.sqrt(damping) * columns, np.sqrt(THRESHOLDS.share_of_tolerance_for_unit_step * enough))
     damped, target = triangle(np.vstack((R, np.diag(held))), -np.concatenate((c, np.zeros_like(c))))
     d = step_within(damped, target, A, np.minimum(slack, 0.0))
     left = c - R @ d

@@ -3,7 +3,8 @@
 A parameter is ``identified`` where its standard deviation is at most half of its size: of 1 for a logarithm (50 %), of
 its value otherwise. Gravity and spring may also be known to be small: where one standard deviation changes the torque
 by less than `THRESHOLDS.smallest_felt_share` of the largest torque, the parameter is identified whatever its value. A
-parameter with a prior is ``prior`` where the data did not halve the prior's standard deviation.
+parameter with a prior is ``prior`` where the data did not halve the prior's standard deviation; where they did, it is
+identified or not like the others.
 """
 
 from __future__ import annotations
@@ -127,10 +128,8 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array, felt: Array
         # The bound comes first: a standard deviation says nothing of a parameter that its bound holds.
         if edge[k]:
             result[q.id] = "at_bound"
-        elif q.prior is not None:
-            result[q.id] = (
-                "prior" if std[k] * slope[k] > THRESHOLDS.largest_std_over_prior_std * q.prior.std else "identified"
-            )
+        elif q.prior is not None and std[k] * slope[k] > THRESHOLDS.largest_std_over_prior_std * q.prior.std:
+            result[q.id] = "prior"
         else:
             result[q.id] = "unidentifiable" if std[k] > sizes[k] else "identified"
     return result

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptid.identification.optimise.levenberg_marquardt import Damping, SumOfSquares, minimise, triangle_by_runs
+from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise, triangle_by_runs
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.residuals import Blocks
 from haptid.identification.thresholds import THRESHOLDS
@@ -89,6 +89,6 @@ def test_far_from_noise_a_fit_ends_where_it_gains_no_share_of_what_is_left():
 def test_an_unknown_that_the_residual_hardly_sees_stays_where_it_is():
     """With a derivative of 1e-10 an undamped step would take the second unknown eight units far."""
     problem = _of(lambda x: np.array([x[0] - 1.0, 1e-10 * x[1] - 8e-10]), lambda _x: np.diag([1.0, 1e-10]), [])
-    found = minimise(SumOfSquares.of(problem), np.zeros(2), damping=Damping(unit_step=1e-4))
+    found = minimise(SumOfSquares.of(problem), np.zeros(2))
     assert found.x == pytest.approx([1.0, 0.0], abs=1e-2)
     assert found.converged
