@@ -40,6 +40,9 @@ class TorqueThresholds:
     lengths of a residual it is a thousandth of a unit of log score."""
     least_decrease_of_trial: float = 1e-4
     """The same while effects are tried: a hundredth of a unit of log score decides nothing."""
+    least_kept_share_of_promise: float = 0.9
+    """Share of the energy that the scan promised to first order [1] from which a refit has found what was promised: a
+    second start, with smaller amplitudes, is for linear estimates that are far too large."""
     most_simulations_of_start: int = 60
     """Largest number of simulations of all runs from one start, of the torque or through the controller."""
     most_effects: int = 4

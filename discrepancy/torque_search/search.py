@@ -299,9 +299,10 @@ def refit_candidate(
         with suppress(NumericalError):
             fits.append(fit_model(study, effects, start, relative=enough))
 
-    # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
-    for share in (1.0, 0.1):
-        fit_from(current.values | _scale_amplitudes(promise, share))
+    fit_from(current.values | _scale_amplitudes(promise, 1.0))
+    if not (fits and _keeps_promise(fits[0], promise, current)):
+        # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
+        fit_from(current.values | _scale_amplitudes(promise, 0.1))
     if promise.effect.side == "friction":
         # Friction that lacks the effect may have fled to where no descent comes back from, such as bristles as long as
         # the travel.
@@ -313,6 +314,12 @@ def refit_candidate(
     # A lag and the joint's own time constant may change places and leave much the same.
     delays, nominal = delays_torque(promise.effect), current if base is None else base
     return min(fits, key=lambda f: (delays and moves_inertia(nominal, f), rms(f.fitted)))
+
+
+def _keeps_promise(refit: TorqueFit, promise: Promise, current: TorqueFit) -> bool:
+    """Whether a refit takes most of the energy off the fitted rows that the scan promised."""
+    taken = 1.0 - (rms(refit.fitted) / rms(current.fitted)) ** 2
+    return bool(taken >= THRESHOLDS.torque.least_kept_share_of_promise * promise.share)
 
 
 def _scale_amplitudes(promise: Promise, share: float) -> dict[str, float]:
