@@ -209,7 +209,7 @@ class Thresholds:
     """Share of the tolerance [1] that a step of length 1 costs in a descent. Far smaller, and rounding moves what
     no residual tells across its range, and with it what is named; at 0.01 valleys are left before their end."""
     longest_step_of_logarithm: float = 0.35
-    """Longest step along the logarithm of a parameter [1] in a fit of the nominal model, a factor of √2: far from a
+    """Longest step along the logarithm of a parameter [1] from every other start of a fit, a factor of √2: far from a
     minimum the slopes send what the residual hardly sees to the end of its range, where it sees nothing of it."""
     largest_room_at_limit: float = 1e-4
     """Distance of coordinates [1] up to which they have met a bound or an ordering."""

@@ -39,8 +39,13 @@ def root_of_inverse(matrix: Array) -> Array:
     lifted to it.
     """
     # The square root of the smallest number leaves room for products: W·Wᵀ of what says nothing stays finite.
-    size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.sqrt(np.finfo(float).tiny)))
-    values, vectors = np.linalg.eigh(matrix * np.outer(size, size))
+    least = np.sqrt(np.finfo(float).tiny)
+    seen = np.diag(matrix) > least
+    size = 1.0 / np.sqrt(np.where(seen, np.diag(matrix), least))
+    # Beside a diagonal of 0 the other elements of a positive matrix are 0; what is left there is rounding.
+    scaled = np.where(np.outer(seen, seen), matrix, 0.0) * np.outer(size, size)
+    np.fill_diagonal(scaled, 1.0)
+    values, vectors = np.linalg.eigh(scaled)
     values = np.maximum(values, values.size * np.finfo(float).eps * values.max(initial=0.0))
     return np.asarray(size[:, None] * vectors / np.sqrt(values))
 

@@ -22,7 +22,7 @@ HEAD = """# Performance
 
 How long a user waits, and what grows with what. `make bench` prints one table of these figures and of those that other
 benchmarks stored. Curves show processor time, which depends less on what else a machine does; memory is the peak of the
-process, packages included."""
+process and its workers together, packages included."""
 
 
 def machine_words(stored: Mapping[str, Any]) -> str:

@@ -1,6 +1,7 @@
 """What is measured: one piece of work of a given size, in the process that is timed.
 
-``python -m benchmarks.performance.work CURVE SIZE`` does one and prints its wall time, processor time and peak memory.
+``python -m benchmarks.performance.work CURVE SIZE`` does one and prints its wall time, processor time and peak memory,
+workers included.
 """
 
 from __future__ import annotations
@@ -8,12 +9,15 @@ from __future__ import annotations
 import json
 import resource
 import sys
+import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+import psutil
 from scipy.integrate import solve_ivp
 
 from haptid import Campaign, FitOptions
@@ -25,6 +29,8 @@ ONE_START = FitOptions(method="gauss_newton", starts=1)
 FIXED = {"gravity_cos": 0.0, "gravity_sin": 0.3, "Ks": 0.4, "epos": 0.0, "sigma1": 0.1, "sigma2": 0.02, "vs": 0.2}
 """True values of parameters that are fixed, one after the other, where parameters grow."""
 MOST_FREE = 11
+SAMPLED_EVERY_S = 0.2
+"""Time between two readings of the memory [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,10 +152,12 @@ def main() -> None:
     """Do one piece of work and print what it took."""
     curve, size = CURVES[sys.argv[1]], int(sys.argv[2])
     timed = curve.prepare(size)
+    memory = Memory()
     begun, spent = time.perf_counter(), processor_seconds()
-    timed()
+    with memory:
+        timed()
     wall, cpu = time.perf_counter() - begun, processor_seconds() - spent
-    print(json.dumps({"size": size, "wall_s": wall, "cpu_s": cpu, "peak_mb": peak_mb()}))
+    print(json.dumps({"size": size, "wall_s": wall, "cpu_s": cpu, "peak_mb": memory.peak_mb}))
 
 
 def processor_seconds() -> float:
@@ -158,9 +166,35 @@ def processor_seconds() -> float:
     return own.ru_utime + own.ru_stime + workers.ru_utime + workers.ru_stime
 
 
-def peak_mb() -> float:
-    """Return the highest resident memory of this process [MB], packages included."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+class Memory:
+    """Highest memory of this process and its workers together [MB], read in a thread while it is entered.
+
+    A page that several processes share counts once (proportional set size).
+    """
+
+    def __init__(self) -> None:
+        self.peak_mb = 0.0
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def __enter__(self) -> None:
+        """Begin to read."""
+        self._thread.start()
+
+    def __exit__(self, *error: object) -> None:
+        """Read no more; what this process alone had at its peak is never missed."""
+        self._over.set()
+        self._thread.join()
+        self.peak_mb = max(self.peak_mb, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+    def _watch(self) -> None:
+        this = psutil.Process()
+        while not self._over.wait(SAMPLED_EVERY_S):
+            together = 0.0
+            for process in (this, *this.children(recursive=True)):
+                with suppress(psutil.Error):  # a worker may have ended
+                    together += process.memory_full_info().pss / 2**20
+            self.peak_mb = max(self.peak_mb, together)
 
 
 if __name__ == "__main__":

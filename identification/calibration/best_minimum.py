@@ -63,7 +63,7 @@ def polish(problem: Problem, minima: Minima) -> Minima:
     best = minima.best
     if not problem.n_parameters:
         return minima
-    again = descend_from(problem, problem.theta(best.x))
+    again = descend_from(problem, problem.theta(best.x), True)
     lower = again if again.cost < best.cost else best
     polished = replace(lower, calls=best.calls + again.calls)
     narrowest = THRESHOLDS.difference_steps_over_size[0]

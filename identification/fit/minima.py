@@ -1,7 +1,9 @@
 """Starts followed to their minima: `Problem` and workers in, `Minima` out.
 
 1. Draw starts around the first guess (`sobol_starts`).
-2. Follow every start to a minimum (`descend_from`), until enough starts share the best one.
+2. Follow every start to a minimum (`descend_from`), until enough starts share the best one: every other start by short
+   steps, as they find the minimum of a right model from more starts, and the rest by long ones, as these find other
+   minima of a wrong one.
 3. Group the minima into basins.
 4. Polish the best one, where all are far above the noise and were compared on fewer rows.
 """
@@ -72,7 +74,9 @@ def find_minima(problem: Problem, workers: Workers) -> Minima:
     def more(done: Sequence[Descent]) -> int:
         return _more(problem, done)
 
-    descents = workers.until(descend_from, [(problem, theta) for theta in starts], more, what="start")
+    descents = workers.until(
+        descend_from, [(problem, theta, k % 2 == 0) for k, theta in enumerate(starts)], more, what="start"
+    )
     basins = sort_into_basins(problem, descents)
     if not basins:
         files = ", ".join(run.file for run in problem.runs)
@@ -102,7 +106,7 @@ def _polished(problem: Problem, minima: Minima) -> Minima:
     )
 
 
-def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> Descent:
+def descend_from(problem: Problem, theta: Array, short: bool, tell: Tell = tell_nobody) -> Descent:
     """Follow one start to a minimum; a worker runs it.
 
     Parameters
@@ -111,6 +115,8 @@ def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> De
         Problem to minimise.
     theta
         Parameters of the start, shape (n_p,); the initial states start at the first samples.
+    short
+        Whether its steps are short (`descend`).
     tell
         Told how far the start is.
 
@@ -118,7 +124,7 @@ def descend_from(problem: Problem, theta: Array, tell: Tell = tell_nobody) -> De
     -------
     Descent
     """
-    return descend(problem, problem.unknowns_at(theta), tell)
+    return descend(problem, problem.unknowns_at(theta), tell, short=short)
 
 
 def _more(problem: Problem, done: Sequence[Descent]) -> int:

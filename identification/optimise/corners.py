@@ -16,13 +16,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, foresee
+from haptid.identification.optimise.levenberg_marquardt import Descent, Steps, SumOfSquares, foresee
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 
 def leave_corners(
-    objective: SumOfSquares, reached: Descent, minimise: Callable[[Array], Descent], relative: float
+    objective: SumOfSquares,
+    reached: Descent,
+    minimise: Callable[[Array], Descent],
+    *,
+    steps: Steps,
+    relative: float,
 ) -> Descent:
     """Minimise again where a descent ended in a corner that it can be led out of.
 
@@ -34,6 +39,8 @@ def leave_corners(
         Where the descent ended.
     minimise
         Function of unknowns (n,) that minimises the cost from there.
+    steps
+        How long the steps of that minimiser are.
     relative
         Decrease of the cost over the cost that counts [1].
 
@@ -44,7 +51,7 @@ def leave_corners(
     """
     calls = reached.calls
     for _ in range(THRESHOLDS.most_corners_of_descent):
-        place, asked = _promising(objective, reached, relative * reached.cost)
+        place, asked = _promising(objective, reached, steps, relative * reached.cost)
         calls += asked
         if place is None:
             break
@@ -56,11 +63,11 @@ def leave_corners(
     return replace(reached, calls=calls)
 
 
-def _promising(objective: SumOfSquares, reached: Descent, enough: float) -> tuple[Array | None, int]:
+def _promising(objective: SumOfSquares, reached: Descent, steps: Steps, enough: float) -> tuple[Array | None, int]:
     """Return the place that promises most, None where none promises ``enough``, and the number of simulations."""
     if not np.isfinite(reached.cost) or not _is_at_a_limit(objective, reached.x):
         return None, 0
-    here = foresee(objective, reached.x)
+    here = foresee(objective, reached.x, steps)
     if here is None:
         return None, 1
     parametrisation = objective.problem.parametrisation
@@ -75,7 +82,7 @@ def _promising(objective: SumOfSquares, reached: Descent, enough: float) -> tupl
     for share in shares:
         place = reached.x.copy()
         place[:n] = np.where(unseen, lower + share * (upper - lower), place[:n])
-        there = foresee(objective, place)
+        there = foresee(objective, place, steps)
         if there is not None and there.cost - there.predicted < least:
             least, best = there.cost - there.predicted, place
     return best, 1 + shares.size

@@ -27,6 +27,7 @@ from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import (
     Descent,
     Simulated,
+    Steps,
     SumOfSquares,
     cost_of,
     ignore_simulation,
@@ -71,7 +72,7 @@ def follow_gains(
     return reached
 
 
-def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
+def descend(problem: Problem, x: Array, tell: Tell = tell_nobody, *, short: bool = True) -> Descent:
     """Follow the minimum from the first observer gain to the last and polish it.
 
     Parameters
@@ -82,6 +83,9 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
         First unknowns, shape (n,).
     tell
         Told the share of the levels that is done, and how large the residual is.
+    short
+        Whether no step moves a logarithm by more than `THRESHOLDS.longest_step_of_logarithm`: far from where slopes
+        were taken they say nothing. Long steps may lead out of a false minimum, or into one.
 
     Returns
     -------
@@ -97,17 +101,19 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody) -> Descent:
         if number in {0, len(gains) - 1}:
             coarse = coarsen(with_fewer_rows(problem, x, gain), x, gain)
         if number == len(gains) - 1:
-            return _level(coarse, x, number, near=close, tell=_at_level(coarse, number, tell))
+            return _level(coarse, x, number, near=close, short=short, tell=_at_level(coarse, number, tell))
         asked = not close
         close = close or is_near_the_data(coarse, x)
-        reached = Descent.at(x) if close else _level(coarse, x, number, tell=_at_level(coarse, number, tell))
+        reached = (
+            Descent.at(x) if close else _level(coarse, x, number, short=short, tell=_at_level(coarse, number, tell))
+        )
         return replace(reached, calls=reached.calls + asked)
 
     near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
     if is_far(coarse, near):
-        near = polish(coarse, near, _at_level(coarse, len(gains), tell))
+        near = polish(coarse, near, _at_level(coarse, len(gains), tell), short=short)
     if not is_far(coarse, near):
-        return polish(problem, near, _at_level(problem, len(gains), tell))
+        return polish(problem, near, _at_level(problem, len(gains), tell), short=short)
     cost = cost_of(problem.blocks(near.x, gains[-1], jacobian=False))
     return replace(near, cost=cost, calls=near.calls + 1)
 
@@ -133,7 +139,7 @@ def is_far(problem: Problem, reached: Descent) -> bool:
     return bool(THRESHOLDS.excess_cost_of_model_error < reached.cost / problem.weight < np.inf)
 
 
-def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation) -> Descent:
+def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation, *, short: bool = True) -> Descent:
     """Minimise at the last gain from a minimum of a coarser problem.
 
     Parameters
@@ -144,6 +150,8 @@ def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation)
         Minimum of a coarser problem.
     tell
         Told of each simulation.
+    short
+        As for `descend`.
 
     Returns
     -------
@@ -165,12 +173,12 @@ def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation)
     else:
         # A few hundred independent parts of a model error determine the parameters.
         polished = minimise(
-            _cost(problem, gain),
+            SumOfSquares.of(problem, gain),
             near.x,
             iterations=THRESHOLDS.most_iterations_of_last_level,
             tolerance=0.0,
             relative=THRESHOLDS.tolerance_of_polish_far if is_far(problem, near) else THRESHOLDS.tolerance_of_polish,
-            damping=1e-9,
+            steps=_steps(problem, short=short, damping=1e-9),
             tell=tell,
         )
     return replace(polished, calls=near.calls + polished.calls)
@@ -212,8 +220,14 @@ def _at_level(problem: Problem, number: int, tell: Tell) -> Simulated:
     return tell_level
 
 
-def _level(  # what is minimised, where it begins, and who listens
-    problem: Problem, x: Array, number: int, *, near: bool = False, tell: Simulated = ignore_simulation
+def _level(  # what is minimised, where it begins, how far it steps, and who listens
+    problem: Problem,
+    x: Array,
+    number: int,
+    *,
+    near: bool = False,
+    short: bool,
+    tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise at one gain; ``near`` says whether x leaves little of the motion."""
     gains = problem.options.gains
@@ -221,22 +235,25 @@ def _level(  # what is minimised, where it begins, and who listens
     iterations, tolerance = THRESHOLDS.most_iterations_of_early_level, THRESHOLDS.tolerance_of_early_level
     if last:
         iterations, tolerance = THRESHOLDS.most_iterations_of_last_level, THRESHOLDS.tolerance_of_last_level
-    cost = _cost(problem, gains[number])
+    cost, steps = SumOfSquares.of(problem, gains[number]), _steps(problem, short=short)
 
     def minimise_from(x: Array) -> Descent:
         # Near the data Levenberg–Marquardt converges quadratically, SLSQP in three to five times as many simulations.
         if problem.options.method == "gauss_newton" or (near and not problem.options.passive):
-            return minimise(cost, x, iterations=iterations, tolerance=0.0, relative=tolerance, tell=tell)
+            return minimise(cost, x, iterations=iterations, tolerance=0.0, relative=tolerance, steps=steps, tell=tell)
         # Strong damping in the first levels, where the parameters may be far from the minimum.
         damping = max(0.1**number, THRESHOLDS.least_damping_of_slsqp)
         return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping, tell=tell)
 
-    return leave_corners(cost, minimise_from(x), minimise_from, THRESHOLDS.tolerance_of_early_level)
+    relative = THRESHOLDS.tolerance_of_early_level
+    return leave_corners(cost, minimise_from(x), minimise_from, steps=steps, relative=relative)
 
 
-def _cost(problem: Problem, gain: float) -> SumOfSquares:
-    """Return the cost under one gain; no step leads far from where the slopes were taken."""
-    return SumOfSquares.of(problem, gain, longest=THRESHOLDS.longest_step_of_logarithm)
+def _steps(problem: Problem, *, short: bool, damping: float = 1e-3) -> Steps:
+    """Return how long steps may be; short ones move no logarithm far."""
+    longest = np.full(problem.size, np.inf)
+    longest[np.flatnonzero(problem.parametrisation.log)] = THRESHOLDS.longest_step_of_logarithm
+    return Steps(damping=damping, longest=longest if short else None)
 
 
 def feasible(problem: Problem, x: Array) -> Array:

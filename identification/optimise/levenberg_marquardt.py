@@ -83,8 +83,24 @@ class Descent:
         return cls(x=x, cost=float("inf"), calls=0, converged=False)
 
 
-FIRST_DAMPING = 1e-3
-"""Damping λ of the first step [1], where nothing is known of the way."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steps:
+    """How long the steps of a descent are.
+
+    Parameters
+    ----------
+    damping
+        Damping λ of the first step [1].
+    longest
+        Longest step along each unknown, shape (n,), infinite where it has none; None where no unknown has one.
+    """
+
+    damping: float = 1e-3
+    longest: Array | None = None
+
+
+FREE_STEPS = Steps()
+"""Where nothing is known of the way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,17 +182,14 @@ class SumOfSquares:
         Observer gain L [1/s].
     along
         Moves the unknowns along the valleys of springs.
-    longest
-        Longest step along the logarithm of a parameter [1].
     """
 
     problem: Problem
     gain: float
     along: Retraction
-    longest: float = float("inf")
 
     @classmethod
-    def of(cls, problem: Problem, gain: float = 0.0, *, longest: float = float("inf")) -> SumOfSquares:
+    def of(cls, problem: Problem, gain: float = 0.0) -> SumOfSquares:
         """Return the cost of a problem.
 
         Parameters
@@ -185,14 +198,12 @@ class SumOfSquares:
             Problem with residuals r(x).
         gain
             Observer gain L [1/s]; 0 simulates freely.
-        longest
-            Longest step along the logarithm of a parameter [1].
 
         Returns
         -------
         SumOfSquares
         """
-        return cls(problem=problem, gain=gain, along=Retraction.of(problem), longest=longest)
+        return cls(problem=problem, gain=gain, along=Retraction.of(problem))
 
     def at(self, x: Array) -> Trial:
         """See `Cost`; all runs are simulated with sensitivities."""
@@ -201,13 +212,8 @@ class SumOfSquares:
         return Trial(cost=cost, excess=cost - blocks.residual.size, triangle=partial(triangle_by_runs, blocks))
 
     def constraints(self, x: Array) -> tuple[Array, Array]:
-        """See `Cost`; no step along a logarithm is longer than ``longest``."""
-        A, slack = self.along.constraints(x)
-        if not np.isfinite(self.longest):
-            return A, slack
-        steps = np.eye(x.size)[np.flatnonzero(self.problem.parametrisation.log)]
-        longest = np.full(2 * len(steps), -self.longest)
-        return np.vstack((A, steps, -steps)), np.concatenate((slack, longest))
+        """See `Cost`."""
+        return self.along.constraints(x)
 
     def move(self, x: Array, d: Array) -> Array:
         """See `Cost`; springs move along their valleys."""
@@ -221,7 +227,7 @@ def minimise(
     iterations: int = 40,
     tolerance: float = 0.01,
     relative: float = 0.0,
-    damping: float = FIRST_DAMPING,
+    steps: Steps = FREE_STEPS,
     tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise a cost under bounds and orderings by Levenberg–Marquardt steps.
@@ -239,8 +245,8 @@ def minimise(
         residual is far above the noise (`THRESHOLDS.excess_cost_at_full_tolerance`).
     relative
         The same as a share of the cost; the larger of both counts.
-    damping
-        Damping λ of the first step [1].
+    steps
+        How long the steps are.
     tell
         Told after each simulation of all runs.
 
@@ -254,26 +260,30 @@ def minimise(
     The minimiser also stops where `THRESHOLDS.most_simulations_without_progress` successive simulations decrease the
     cost by less than the tolerance each, on average. Along a narrow valley the predicted decrease of a damped step is
     small however far the minimum is: before the minimiser stops, the predicted decrease of the step with the damping
-    `THRESHOLDS.least_damping` must be small as well; otherwise that step is tried.
+    `THRESHOLDS.least_damping` must be small as well; otherwise that step is tried. So must be that of a step that is
+    not shortened by ``steps.longest``.
     """
     now = objective.at(x)
-    size, growth, calls, converged, freed = damping, 2.0, 1, False, False
+    size, growth, calls, converged, freed = steps.damping, 2.0, 1, False, False
     if not np.isfinite(now.cost):
         return Descent(x=x, cost=now.cost, calls=calls, converged=False)
     R, c = now.triangle()
     costs = [now.cost]
     while calls < iterations:
         limits = objective.constraints(x)
+        near = _shortened(limits, steps.longest)
         excess = now.excess / THRESHOLDS.excess_cost_at_full_tolerance
         enough = max(tolerance * max(1.0, excess), relative * now.cost)
-        d, predicted = _step(R, c, size, enough, *limits)
+        d, predicted = _step(R, c, size, enough, *near)
         # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
             freed, size = True, THRESHOLDS.least_damping
-            d, predicted = _step(R, c, size, enough, *limits)
-        stalled = _stalls(costs, enough)
-        # With damping above 1 a small prediction says that the step is short, not that the minimum is near.
-        converged = stalled or (predicted <= enough and size < 1.0)
+            d, predicted = _step(R, c, size, enough, *near)
+        # With damping above 1, or where the step was shortened, a small prediction says nothing of the minimum.
+        small = predicted <= enough and size < 1.0
+        if small and steps.longest is not None:
+            small = _step(R, c, size, enough, *limits)[1] <= enough
+        converged = small or _stalls(costs, enough)
         if converged or size > THRESHOLDS.largest_damping:
             break
         moved = objective.move(x, d)
@@ -311,7 +321,7 @@ class Foreseen:
     seen: Array
 
 
-def foresee(objective: Cost, x: Array) -> Foreseen | None:
+def foresee(objective: Cost, x: Array, steps: Steps) -> Foreseen | None:
     """Predict what one step lowers the cost by.
 
     Parameters
@@ -320,6 +330,8 @@ def foresee(objective: Cost, x: Array) -> Foreseen | None:
         The cost.
     x
         Unknowns, shape (n,).
+    steps
+        How long the step may be.
 
     Returns
     -------
@@ -330,7 +342,7 @@ def foresee(objective: Cost, x: Array) -> Foreseen | None:
     if not np.isfinite(now.cost):
         return None
     R, c = now.triangle()
-    _, predicted = _step(R, c, FIRST_DAMPING, 0.0, *objective.constraints(x))
+    _, predicted = _step(R, c, steps.damping, 0.0, *_shortened(objective.constraints(x), steps.longest))
     return Foreseen(cost=now.cost, predicted=predicted, seen=np.linalg.norm(R, axis=0))
 
 
@@ -388,6 +400,16 @@ def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
         parts.append(part)
         targets.append(-c)
     return triangle(np.concatenate(parts), np.concatenate(targets))
+
+
+def _shortened(limits: tuple[Array, Array], longest: Array | None) -> tuple[Array, Array]:
+    """Add to the inequalities of a step how long it may be along each unknown."""
+    if longest is None:
+        return limits
+    A, slack = limits
+    bound = np.flatnonzero(np.isfinite(longest))
+    along = np.eye(longest.size)[bound]
+    return np.vstack((A, along, -along)), np.concatenate((slack, -longest[bound], -longest[bound]))
 
 
 def _step(R: Array, c: Array, damping: float, enough: float, A: Array, slack: Array) -> tuple[Array, float]:

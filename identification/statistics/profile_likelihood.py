@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2
 
-from haptid.identification.optimise.levenberg_marquardt import Trial, cost_of, minimise, triangle_by_runs
+from haptid.identification.optimise.levenberg_marquardt import Steps, Trial, cost_of, minimise, triangle_by_runs
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.result.fit import Interval
@@ -156,7 +156,8 @@ def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
     """
     pinned = _Pinned(problem=problem, x=_within(problem, x, k), k=k)
     most = THRESHOLDS.most_simulations_of_profile
-    best = minimise(pinned, np.delete(pinned.x, k), iterations=most, tolerance=1e-3, damping=THRESHOLDS.least_damping)
+    steps = Steps(damping=THRESHOLDS.least_damping)
+    best = minimise(pinned, np.delete(pinned.x, k), iterations=most, tolerance=1e-3, steps=steps)
     return pinned.with_others(best.x), best.cost
 
 

@@ -7,15 +7,17 @@ lines before the header, a comment sign in front of it and Windows' encoding are
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import re
 import tempfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from haptid.measurement.tables.layout import refuse_repeated_names
-from haptid.measurement.tables.table import OTHER_TEXT_SUFFIXES, Table, read_table
+from haptid.measurement.tables.layout import refuse_packed_bomb, refuse_repeated_names
+from haptid.measurement.tables.table import OTHER_TEXT_SUFFIXES, TEXT_SUFFIXES, Table, read_table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content
@@ -83,8 +85,7 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     Parameters
     ----------
     path
-        File that ends in ``.csv``, ``.csv.gz``, ``.parquet`` or as a text; the first and the last may have another
-        layout.
+        File that ends in ``.csv``, ``.csv.gz``, ``.parquet`` or as a text; all but Parquet may have another layout.
 
     Returns
     -------
@@ -99,9 +100,9 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
         As `read_table`; also where the rows are too few to tell the separator.
     """
     is_text = path.name.endswith(TEXTS)
-    if path.suffix != ".csv" and not is_text:
+    if not (is_text or path.name.endswith(TEXT_SUFFIXES)):
         return read_table(path, as_text=True), ""
-    content = read_content(path, "a table of a run")
+    content = _unpacked(path)
     text = _decode(content)
     lines = text.splitlines()
     layout = find_layout(lines, blanks=is_text)
@@ -113,7 +114,7 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
     refuse_repeated_names(f"{path}, line {layout.header + 1}", names)
     rewritten = _rewrite(names, lines, layout)
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / f"{path.stem}.csv"
+        copy = Path(folder) / f"{path.name.removesuffix('.csv.gz') if path.suffix == '.gz' else path.stem}.csv"
         copy.write_text(rewritten, encoding="utf-8")
         try:
             table = read_table(copy, as_text=True)
@@ -122,6 +123,19 @@ def read_logged_table(path: Path) -> tuple[Table, str]:
             raise InputError(where, expected=error.expected, got=error.got, todo=error.todo) from None
     name, preamble = copy.name if is_text else "", tuple(lines[: layout.header])
     return replace(table, path=path, lines_before=layout.header, file=name, preamble=preamble), layout.words
+
+
+def _unpacked(path: Path) -> bytes:
+    """Return what a text holds, packed or not."""
+    content = read_content(path, "a table of a run")
+    if path.suffix != ".gz":
+        return content
+    try:
+        refuse_packed_bomb(path)
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error) as error:
+        got = f"a damaged archive ({type(error).__name__})"
+        raise InputError(str(path), expected="a table of a run", got=got, todo="export it again") from None
 
 
 def _refuse_few_rows(path: Path, lines: Sequence[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from haptid.measurement.naming.encoder_lines import LineCounts, counts_in_line
+from haptid.measurement.naming.encoder_lines import LineCounts, counts_in_line, factor_in_line, times
 from haptid.measurement.naming.units_in_names import in_counts, understand_column
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
@@ -97,8 +97,19 @@ def counts_of_a_turn(tables: Sequence[Table]) -> tuple[ToldCounts, ...]:
 
 def _told_lines(table: Table) -> Iterator[ToldCounts]:
     """Yield what the lines of a table say; those that say a number hide those that leave it open."""
-    lines = [(line.strip("#%; \t"), counts_in_line(line)) for line in table.preamble]
-    told = [ToldCounts(read=read, file=table.path.name, line=line) for line, read in lines if read is not None]
+    lines = [line.strip("#%; \t") for line in table.preamble]
+    factors = [(line, factor) for line in lines if (factor := factor_in_line(line)) is not None]
+    told = []
+    for line in lines:
+        read = counts_in_line(line)
+        if read is None:
+            continue
+        words = line
+        # The factor may stand in a line of its own; where several differ, none is taken.
+        if len(read.counts) > 1 and len({factor for _, factor in factors}) == 1:
+            (said, factor), *_ = factors
+            read, words = times(read, factor), f"{line}; {said}"
+        told.append(ToldCounts(read=read, file=table.path.name, line=words))
     yield from [one for one in told if one.number is not None] or told
 
 

@@ -29,6 +29,8 @@ CYCLES_OF_A_TURN = tuple(
     re.compile(form, re.IGNORECASE)
     for form in (rf"{_NUMBER}[\s_-]*{_CYCLES}(?!\w)", rf"(?<![a-z]){_CYCLES}\W{{0,4}}{_NUMBER}")
 )
+FACTOR_ALONE = re.compile(rf"(?:quad(?:rature)?|decod\w*|counting){_BETWEEN}{_FACTOR}", re.IGNORECASE)
+"""The factor in a line of its own, as ``quadrature: x4``."""
 FACTOR_BEHIND = re.compile(rf"{_BETWEEN}{_FACTOR}", re.IGNORECASE)
 """The factor behind a number and its unit, as ``, quadrature x4``."""
 ENCODER = re.compile(r"encod|quadratur|decod|resolution", re.IGNORECASE)
@@ -49,6 +51,42 @@ class LineCounts:
 
     counts: tuple[int, ...]
     how: str = ""
+
+
+def factor_in_line(line: str) -> int | None:
+    """Read how many counts a line of the encoder makes from a line that says nothing else of it.
+
+    Parameters
+    ----------
+    line
+        Line of a logger on itself, as ``quadrature: x4``.
+
+    Returns
+    -------
+    int or None
+        None where the line says nothing of it, or says the counts as well.
+    """
+    found = None if counts_in_line(line) else FACTOR_ALONE.search(line)
+    return None if found is None else int(found["factor"] or found["times"])
+
+
+def times(read: LineCounts, factor: int) -> LineCounts:
+    """Multiply the lines of an encoder, of which another line says how many counts each makes.
+
+    Parameters
+    ----------
+    read
+        Counts that a line leaves open, the number of lines the last of them.
+    factor
+        Counts that a line makes.
+
+    Returns
+    -------
+    LineCounts
+        The product; ``read`` as it is where it leaves open something else.
+    """
+    lines = read.counts[-1]
+    return _multiply(lines, factor) or read if read.counts == tuple(each * lines for each in FACTORS) else read
 
 
 def counts_in_line(line: str) -> LineCounts | None:

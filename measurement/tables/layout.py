@@ -38,7 +38,7 @@ def check_layout(path: Path) -> None:
     """
     try:
         if path.suffix == ".gz":
-            _refuse_packed_bomb(path)
+            refuse_packed_bomb(path)
         with _open(path) as stream:
             longest, most = THRESHOLDS.longest_line_characters, THRESHOLDS.most_lines_of_layout
             lines = [stream.readline(longest) for _ in range(most)]
@@ -95,7 +95,21 @@ def refuse_bomb(path: Path, unpacked: int) -> None:
         raise InputError(str(path), expected=expected, got=f"{unpacked >> 20} MiB", todo="export it again")
 
 
-def _refuse_packed_bomb(path: Path) -> None:
+def refuse_packed_bomb(path: Path) -> None:
+    """Refuse a gzipped table that unpacks to absurdly more than its file, without unpacking all of it.
+
+    Parameters
+    ----------
+    path
+        Gzipped file.
+
+    Raises
+    ------
+    InputError
+        As `refuse_bomb`.
+    OSError, EOFError, zlib.error
+        Where the file is damaged.
+    """
     if path.stat().st_size * 1032 < THRESHOLDS.largest_unpacked_bytes:  # gzip never packs below a 1032nd
         return
     unpacked = 0

@@ -73,3 +73,13 @@ def test_symmetric_matrices_are_inverted_in_one_place():
         if re.search(r"linalg\.p?inv\(", path.read_text(encoding="utf-8"))
     }
     assert calling | {"support/linear_algebra.py"} == set(OWN_INVERSES)
+
+
+def test_the_inverse_of_what_rounding_left_of_a_parameter_is_finite():
+    """A parameter that one block of rows alone sees has nothing left without it but rounding beside its zero."""
+    matrix = np.array([[0.0, 1e-9, -3e-7], [1e-9, 2.0, 0.5], [-3e-7, 0.5, 1.0]])
+    found = inverse(matrix)
+    assert np.isfinite(found).all()
+    assert found[1:, 1:] == pytest.approx(np.linalg.inv(matrix[1:, 1:]))
+    assert found[0, 0] > 1e100
+    assert inverse(matrix - np.diag([1e-12, 0.0, 0.0])) == pytest.approx(found)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from haptid.identification.optimise.corners import leave_corners
-from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
+from haptid.identification.optimise.levenberg_marquardt import Descent, Steps, SumOfSquares, minimise
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.thresholds import THRESHOLDS
@@ -24,7 +25,7 @@ RELATIVE = 1e-5
 def cost() -> SumOfSquares:
     fitted = tuple(run for run in bench_joint.runs() if run.use == "fit")
     problem = Problem.of(bench_joint.simulator(), fitted, FitOptions())
-    return SumOfSquares.of(problem, longest=THRESHOLDS.longest_step_of_logarithm)
+    return SumOfSquares.of(problem)
 
 
 def start(cost: SumOfSquares, **changed: float) -> Array:
@@ -32,8 +33,18 @@ def start(cost: SumOfSquares, **changed: float) -> Array:
     return cost.problem.unknowns_at(np.array([values.get(q.id, q.initial) for q in bench_joint.equations().parameters]))
 
 
+def short_steps(cost: SumOfSquares) -> Steps:
+    lengths = np.full(cost.problem.size, np.inf)
+    lengths[np.flatnonzero(cost.problem.parametrisation.log)] = THRESHOLDS.longest_step_of_logarithm
+    return Steps(longest=lengths)
+
+
 def descend(cost: SumOfSquares, x: Array) -> Descent:
-    return minimise(cost, x, tolerance=0.0, relative=RELATIVE)
+    return minimise(cost, x, tolerance=0.0, relative=RELATIVE, steps=short_steps(cost))
+
+
+def leave(cost: SumOfSquares, reached: Descent, again: Callable[[Array], Descent]) -> Descent:
+    return leave_corners(cost, reached, again, steps=short_steps(cost), relative=1e-3)
 
 
 def test_a_descent_that_ends_without_stiction_is_led_to_the_noise(cost: SumOfSquares):
@@ -44,7 +55,7 @@ def test_a_descent_that_ends_without_stiction_is_led_to_the_noise(cost: SumOfSqu
     assert caught.converged
     assert values["Fs"] == pytest.approx(values["Fc"], rel=1e-6)
     assert caught.cost > 10.0 * cost.problem.weight
-    led = leave_corners(cost, caught, lambda x: descend(cost, x), 1e-3)
+    led = leave(cost, caught, lambda x: descend(cost, x))
     assert led.cost < 1.05 * cost.problem.weight
     vs = cost.problem.theta(led.x)[[q.id for q in bench_joint.equations().parameters].index("vs")]
     assert vs == pytest.approx(TRUE["vs"], rel=0.05)
@@ -59,13 +70,13 @@ def test_a_minimum_with_stiction_is_left_as_it_is_without_a_simulation(cost: Sum
         asked.append(x)
         return found
 
-    assert leave_corners(cost, found, again, 1e-3) == found
+    assert leave(cost, found, again) == found
     assert not asked
 
 
 def test_of_a_cost_that_is_not_finite_no_corner_is_looked_for(cost: SumOfSquares):
     nowhere = Descent.at(start(cost))
-    assert leave_corners(cost, nowhere, lambda _x: nowhere, 1e-3).calls == 0
+    assert leave(cost, nowhere, lambda _x: nowhere).calls == 0
 
 
 def test_no_step_moves_a_parameter_by_more_than_the_longest_step(cost: SumOfSquares):
@@ -80,12 +91,12 @@ def test_no_step_moves_a_parameter_by_more_than_the_longest_step(cost: SumOfSqua
             visited.append(cost.move(x, d))
             return visited[-1]
 
-    minimise(Watched(), visited[0], tolerance=0.0, relative=RELATIVE)
+    minimise(Watched(), visited[0], tolerance=0.0, relative=RELATIVE, steps=short_steps(cost))
     log = np.flatnonzero(cost.problem.parametrisation.log)
     steps = np.abs(np.diff(np.array(visited)[:, log], axis=0))
-    longest = THRESHOLDS.longest_step_of_logarithm
-    assert math.exp(longest) == pytest.approx(math.sqrt(2.0), rel=0.01)
+    most = THRESHOLDS.longest_step_of_logarithm
+    assert math.exp(most) == pytest.approx(math.sqrt(2.0), rel=0.01)
     # Steps that were tried and refused count from the point before; a step back and forth is two long.
     assert len(visited) > 5
-    assert steps.max() < 2.0 * longest + 1e-9
-    assert np.abs(visited[1] - visited[0])[log].max() == pytest.approx(longest)
+    assert steps.max() < 2.0 * most + 1e-9
+    assert np.abs(visited[1] - visited[0])[log].max() == pytest.approx(most)

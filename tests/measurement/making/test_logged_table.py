@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -88,3 +89,23 @@ def test_a_file_of_a_few_rows_has_too_few_whatever_separates_them(tmp_path: Path
     (tmp_path / "a.csv").write_text("\n".join([sign.join(NAMES), *([sign.join(["0,1"] * 3)] * rows)]), encoding="utf-8")
     with pytest.raises(InputError, match=rf"a\.csv: expected at least 8 rows, got {rows}$"):
         read_logged_table(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(("separator", "comma"), [(",", False), (";", True)])
+def test_a_gzipped_table_is_read_as_the_one_that_it_packs(tmp_path: Path, separator: str, comma: bool):
+    line = "# encoder: 1024 lines, quadrature x4"
+    plain = write(tmp_path / "a.csv", separator, comma=comma, before=f"{line}\n")
+    packed = tmp_path / "a.csv.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes()))
+    (table, words), (same, same_words) = read_logged_table(plain), read_logged_table(packed)
+    assert same_words == words
+    assert same.preamble == table.preamble == (line,)
+    assert same.path == packed
+    assert same.frame.equals(table.frame)
+
+
+def test_a_damaged_gzipped_table_is_said_to_be_damaged(tmp_path: Path):
+    path = tmp_path / "a.csv.gz"
+    path.write_bytes(gzip.compress(b"# rig 3\ntime_s;torque_0_Nm\n" + b"0,1;2\n" * 4000)[:-20])
+    with pytest.raises(InputError, match="a damaged archive"):
+        read_logged_table(path)

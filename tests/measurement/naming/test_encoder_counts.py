@@ -77,6 +77,24 @@ def test_lines_that_are_none_of_an_encoder_say_nothing(line: str):
     assert counts_in_line(line) is None
 
 
+@pytest.mark.parametrize(
+    ("lines", "number"),
+    [
+        (("# encoder: 1024 lines", "# quadrature: x4"), 4096),
+        (("# decoding: 2x", "# encoder PPR = 500"), 1000),
+        (("# encoder: 1024 lines", "# quadrature: x4", "# decoder x 2"), None),  # two factors
+        (("# encoder: 1024 lines", "# gear x4"), None),
+        (("# counts per turn: 4096", "# quadrature: x4"), 4096),
+    ],
+)
+def test_the_factor_may_stand_in_a_line_of_its_own(lines: tuple[str, ...], number: int | None):
+    (told,) = counts_of_a_turn([Table(path=Path("a.csv"), frame=pd.DataFrame(), preamble=lines)])
+    assert told.number == number
+    if number == 4096 and "lines" in lines[0]:
+        assert told.says == "a.csv says 'encoder: 1024 lines; quadrature: x4'"
+        assert told.means == ", which is 1024 × 4"
+
+
 def test_a_number_explains_a_line_that_leaves_it_open():
     assert told_by("# encoder: 1024 lines", "# counts per turn: 4096") == (4096, "1.csv")
     assert told_by("# encoder: 1024 lines", "# counts per turn: 5000") is None
