@@ -15,8 +15,8 @@ from haptid.api.place import Place, lock_place
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
 from haptid.fmu_build.building.packaging import Kind
-from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.identification.verification.result import Verification
+from haptid.identification.workers.chosen_workers import workers_of
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.report.common.stored_page import write_page

@@ -27,9 +27,9 @@ import click
 import numpy as np
 
 from haptid.identification.fit.multistart import fit
-from haptid.identification.optimise.workers import Processes
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.workers.workers import Processes
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations

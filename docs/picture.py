@@ -7,12 +7,12 @@ from pathlib import Path
 
 import click
 
-from haptid.identification.optimise.workers import Here
 from haptid.identification.output.traces import traces_of
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.sequence import Sequence
 from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.workers.workers import Here
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of
 from haptid.report.common.style import png

@@ -13,7 +13,7 @@ from click.core import ParameterSource
 from haptid.api.place import Place
 from haptid.api.posteriors import sample_values
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.optimise.chosen_workers import workers_of
+from haptid.identification.workers.chosen_workers import workers_of
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.reading import is_foreign
 from haptid.report.common.stored_page import write_page

@@ -100,7 +100,7 @@ def several_joints(count: int) -> Callable[[], object]:
 
 def posterior(walkers: int) -> Callable[[], object]:
     """Return the sampling of a short chain."""
-    from haptid.identification.optimise.chosen_workers import workers_of  # noqa: PLC0415
+    from haptid.identification.workers.chosen_workers import workers_of  # noqa: PLC0415
     from haptid.support.listener import Listener  # noqa: PLC0415
     from haptid.uq.job.job import Job  # noqa: PLC0415
     from haptid.uq.job.sample import sample_joints  # noqa: PLC0415

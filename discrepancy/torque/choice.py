@@ -15,7 +15,6 @@ from pathlib import Path
 
 from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
-from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import (
@@ -28,6 +27,7 @@ from haptid.identification.sequence.configurations import Configuration, configu
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Here
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array

@@ -10,10 +10,10 @@ from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.fit.minima import Minima, descend_from, find_minima
 from haptid.identification.optimise.basins import sort_into_basins
 from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
-from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Workers
 
 
 def reach_minima(problem: Problem, workers: Workers) -> Minima:

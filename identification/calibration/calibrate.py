@@ -22,14 +22,14 @@ from haptid.identification.calibration.simulator import ForeignSimulator, equati
 from haptid.identification.fit.multistart import fit_at
 from haptid.identification.foreign.binding import quantities_of
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.optimise.watched import Watched
-from haptid.identification.optimise.workers import Here, Processes, Tell, Workers, tell_nobody
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.score import score_of
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.watched import Watched
+from haptid.identification.workers.workers import Here, Processes, Tell, Workers, tell_nobody
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 from haptid.measurement.values.run import Array
 from haptid.support.processes.threads import single_threaded

@@ -35,7 +35,6 @@ from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
 from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros
 from haptid.identification.optimise.inner_step import finer_step
-from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
@@ -49,6 +48,7 @@ from haptid.identification.statistics.absent import (
 )
 from haptid.identification.statistics.jackknife import unknowns_of, with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Workers
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations

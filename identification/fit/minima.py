@@ -19,11 +19,11 @@ from haptid.identification.optimise.basins import sort_into_basins
 from haptid.identification.optimise.homotopy import descend, is_far, polish
 from haptid.identification.optimise.levenberg_marquardt import Descent
 from haptid.identification.optimise.starts import sobol_starts
-from haptid.identification.optimise.workers import Tell, Workers, tell_nobody
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin
 from haptid.identification.result.outcome import NoStartError
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Tell, Workers, tell_nobody
 from haptid.measurement.values.run import Array
 
 

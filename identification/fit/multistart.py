@@ -16,7 +16,6 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.identification.fit.minima import Minima, find_minima
-from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit, RunScore
@@ -29,6 +28,7 @@ from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import residual_over_motion, score, score_of
 from haptid.identification.statistics.unseen import rms_beyond_left_open
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Here, Processes, Workers
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.quantity import Quantity
 from haptid.support.linear_algebra import profile_out

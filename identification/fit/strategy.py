@@ -19,7 +19,6 @@ from typing import Literal
 import numpy as np
 
 from haptid.identification.fit.multistart import fit
-from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
@@ -28,6 +27,7 @@ from haptid.identification.simulators.observer import Observed
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Workers
 from haptid.measurement.signals.control_detection import is_steady_sweep, position_control
 from haptid.measurement.signals.smoothing import dominant_period
 from haptid.measurement.values.run import Array, Run

@@ -17,7 +17,6 @@ import numpy as np
 
 from haptid.identification.fit.joint_cost import move_by_position
 from haptid.identification.fit.multistart import fit
-from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
@@ -26,6 +25,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.statistics.score import residuals, score, score_of
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Workers
 from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Run
 from haptid.measurement.values.units import unit_for

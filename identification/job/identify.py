@@ -17,7 +17,6 @@ from haptid.fmu_build.exchange.recorded_device import COPY_OF_DEVICE
 from haptid.identification.job.ahead import Ahead, compilations_of
 from haptid.identification.job.job import Identification, Job
 from haptid.identification.job.provenance import provenance, word_this_command
-from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.identification.output.written_draws import write_draws
 from haptid.identification.sequence.result_json import SCHEMA, step_json
 from haptid.identification.sequence.resume import code_digest, data_digest, inputs_digest, kept_entries
@@ -27,6 +26,7 @@ from haptid.identification.sequence.whole_device import Whole, whole_device
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
+from haptid.identification.workers.chosen_workers import workers_of
 from haptid.measurement.checks.preparation import tell_remarks
 from haptid.measurement.format.devices import SUFFIXES
 from haptid.support.files.files import is_file, write_bytes, write_json

@@ -1,1 +1,1 @@
-"""Problem in, minima out: Levenberg-Marquardt, SLSQP, homotopy, starts, workers."""
+"""Problem in, minima out: Levenberg-Marquardt, SLSQP, homotopy, starts."""

@@ -34,9 +34,9 @@ from haptid.identification.optimise.levenberg_marquardt import (
     minimise,
 )
 from haptid.identification.optimise.slsqp import slsqp
-from haptid.identification.optimise.workers import Tell, tell_nobody
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Tell, tell_nobody
 from haptid.measurement.values.run import Array
 from haptid.support.numbers import plain
 

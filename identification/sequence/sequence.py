@@ -20,8 +20,6 @@ from typing import Any
 from haptid.identification.first_guesses.plain_guess import states_no_friction
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
-from haptid.identification.optimise.watched import Watched
-from haptid.identification.optimise.workers import Watch, Workers, watch_nothing
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
@@ -30,6 +28,8 @@ from haptid.identification.sequence.equations_for import equations_for, name_cam
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.workers.watched import Watched
+from haptid.identification.workers.workers import Watch, Workers, watch_nothing
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations

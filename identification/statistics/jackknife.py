@@ -22,7 +22,6 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.identification.optimise.levenberg_marquardt import SumOfSquares, minimise
-from haptid.identification.optimise.workers import Here, Tell, Workers, tell_nobody
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
@@ -30,6 +29,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Here, Tell, Workers, tell_nobody
 from haptid.measurement.values.run import Array, Run
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import click
 import numpy as np
 
-from haptid.identification.optimise.workers import Processes
 from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.workers.workers import Processes
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign

@@ -19,13 +19,13 @@ from haptid.discrepancy.study.study import study_of
 from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.identification.fit.multistart import fit
-from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.sequence.result_json import step_json
 from haptid.identification.sequence.sequence import Sequence
 from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.workers.workers import Here
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign

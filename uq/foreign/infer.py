@@ -16,7 +16,7 @@ import numpy as np
 from haptid.identification.calibration.calibrate import simulator_of
 from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.optimise.workers import Tell, Workers, tell_nobody
+from haptid.identification.workers.workers import Tell, Workers, tell_nobody
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
 from haptid.uq.density.coordinates import Coordinates

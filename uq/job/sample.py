@@ -13,11 +13,11 @@ from functools import partial
 
 import numpy as np
 
-from haptid.identification.optimise.watched import Watched
-from haptid.identification.optimise.workers import Workers
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.sequence.step import Step
+from haptid.identification.workers.watched import Watched
+from haptid.identification.workers.workers import Workers
 from haptid.measurement.checks.preparation import tell_remarks
 from haptid.support.listener import Listener
 from haptid.support.processes.threads import single_threaded

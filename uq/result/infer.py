@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from haptid.identification.optimise.workers import Here, Workers
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.workers.workers import Here, Workers
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.hyper import noise_prior_width
 from haptid.noise.noise_model import NoiseModel

@@ -19,7 +19,6 @@ from haptid.identification.fit.fit_runs import JointTest, at_needed_step, fit_ru
 from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.strategy import choose_for
-from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import FILE, carried_fit, carried_torque_fit
@@ -28,6 +27,7 @@ from haptid.identification.sequence.equations_for import name_campaign_in_errors
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.inverse_dynamics import torque_runs
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.workers.workers import Workers
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device

@@ -15,7 +15,7 @@ import emcee
 import h5py
 import numpy as np
 
-from haptid.identification.optimise.workers import Tell, tell_nobody
+from haptid.identification.workers.workers import Tell, tell_nobody
 from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_bytes
 from haptid.uq.density.valley_density import ValleyDensity

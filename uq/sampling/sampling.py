@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from haptid.identification.optimise.workers import Here, Tell, Watch, Workers, tell_nobody
 from haptid.identification.problem.valleys import Valleys
+from haptid.identification.workers.workers import Here, Tell, Watch, Workers, tell_nobody
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import read_json, write_json

@@ -8,7 +8,6 @@ from scipy.signal import lfilter
 
 from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.starts import sobol_starts
-from haptid.identification.optimise.workers import Here, Processes
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.residuals import Problem
@@ -18,6 +17,7 @@ from haptid.identification.simulators.protocol import Trajectory
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings, presliding
 from haptid.identification.statistics.score import fit_initial_state, rows_of_start, score
+from haptid.identification.workers.workers import Here, Processes
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity

@@ -11,7 +11,6 @@ from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.strategy import choose
 from haptid.identification.fit.torque_fit import fit_torque
-from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
@@ -20,6 +19,7 @@ from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.statistics.jackknife import jackknife_std, leave_out_blocks, with_jackknife
+from haptid.identification.workers.workers import Here
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.values.run import Run

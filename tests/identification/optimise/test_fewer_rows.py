@@ -11,11 +11,11 @@ from haptid.identification.fit.minima import find_minima
 from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.fewer_rows import merge_problem, with_fewer_rows
 from haptid.identification.optimise.homotopy import descend, is_far, polish
-from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.workers.workers import Here
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations

@@ -13,11 +13,11 @@ import pytest
 from haptid.identification.first_guesses.initial_guess import guess
 from haptid.identification.fit.fit_runs import JointTest
 from haptid.identification.fit.own_bounds import FitEquations
-from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.simulators.inverse_dynamics import SPEED, torque_runs
+from haptid.identification.workers.workers import Here
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from haptid.identification.optimise.workers import Here
+from haptid.identification.workers.workers import Here
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.moves import MOVES

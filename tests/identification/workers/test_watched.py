@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from haptid.identification.optimise.watched import SHARE_OF_STAGE, Watched
-from haptid.identification.optimise.workers import Here, Processes, Tell, Workers, tell_nobody
+from haptid.identification.workers.watched import SHARE_OF_STAGE, Watched
+from haptid.identification.workers.workers import Here, Processes, Tell, Workers, tell_nobody
 from haptid.support.processes.messages import Mailbox
 
 

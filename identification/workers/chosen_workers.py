@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 
-from haptid.identification.optimise.dask_workers import Cluster
-from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.workers.dask_workers import Cluster
+from haptid.identification.workers.workers import Here, Processes, Workers
 
 
 def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Workers]:

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import click
 
-from haptid.identification.optimise.workers import Enough, Submitting, Watch
+from haptid.identification.workers.workers import Enough, Submitting, Watch
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.installing.extras import need
 from haptid.support.processes.threads import single_threaded
@@ -45,7 +45,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
     def __init__(self, address: str) -> None:
         need("cluster", "--scheduler")
         encrypted = _is_encrypted(address)
-        from haptid.identification.optimise.dask_client import DaskClient  # noqa: PLC0415 (slow, rarely needed)
+        from haptid.identification.workers.dask_client import DaskClient  # noqa: PLC0415 (slow, rarely needed)
 
         try:
             self._client = DaskClient(address, timeout="10s", set_as_default=False)
@@ -91,7 +91,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
         what: str = "",
         watch: Watch | None = None,
     ) -> list[T]:
-        """See `identification.optimise.workers.Workers`.
+        """See `identification.workers.workers.Workers`.
 
         Raises
         ------

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from haptid.identification.optimise.workers import Enough, Tell, Watch, Workers
+from haptid.identification.workers.workers import Enough, Tell, Watch, Workers
 
 T = TypeVar("T")
 SHARE_OF_STAGE = 0.5
@@ -20,7 +20,7 @@ SHARE_OF_STAGE = 0.5
 
 @dataclass(slots=True, kw_only=True)
 class Watched:
-    """Workers whose tasks tell how far they are; satisfies `identification.optimise.workers.Workers`.
+    """Workers whose tasks tell how far they are; satisfies `identification.workers.workers.Workers`.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Watched:
         what: str = "",
         watch: Watch | None = None,
     ) -> list[T]:
-        """See `identification.optimise.workers.Workers`; without ``what`` nothing is told."""
+        """See `identification.workers.workers.Workers`; without ``what`` nothing is told."""
         if not what:
             return self.workers.until(function, tasks, more, watch=watch)
         stage = _Stage(tell=self.tell, what=what, count=len(tasks), before=self._before)

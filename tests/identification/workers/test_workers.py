@@ -13,7 +13,7 @@ from haptid.support.installing.environment import ROOT
 
 PARENT = """
 import os, time
-from haptid.identification.optimise.workers import Processes
+from haptid.identification.workers.workers import Processes
 
 def told(path):
     with open(path, "w") as f:

@@ -20,11 +20,11 @@ from cryptography.x509.oid import NameOID
 from distributed import Client
 
 from haptid.identification.fit.multistart import fit
-from haptid.identification.optimise.dask_workers import Cluster
-from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
+from haptid.identification.workers.dask_workers import Cluster
+from haptid.identification.workers.workers import Here
 from haptid.measurement.values.run import Run
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError, NumericalError
@@ -142,7 +142,7 @@ def test_an_encrypted_scheduler_is_used_with_the_certificates_of_dasks_configura
 
 
 def test_an_unencrypted_scheduler_elsewhere_is_told(capsys: pytest.CaptureFixture[str], monkeypatch):
-    monkeypatch.setattr("haptid.identification.optimise.dask_client.DaskClient", Unreachable)
+    monkeypatch.setattr("haptid.identification.workers.dask_client.DaskClient", Unreachable)
     for address, told in (("tcp://lab.example:8786", 1), ("tls://lab.example:8786", 0), ("tcp://127.0.0.1:1", 0)):
         with pytest.raises(InputError):
             Cluster(address)
