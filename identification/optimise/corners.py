@@ -72,16 +72,17 @@ def _promising(objective: SumOfSquares, reached: Descent, steps: Steps, enough: 
         return None, 1
     parametrisation = objective.problem.parametrisation
     lower, upper = parametrisation.bounds
-    n = objective.problem.n_parameters
+    n, bounded = objective.problem.n_parameters, np.isfinite(upper - lower)
+    span = np.where(bounded, upper - lower, 0.0)
     # To first order the cost changes by less than what counts, from one end of the range to the other.
-    unseen = (here.seen[:n] * (upper - lower)) ** 2 < enough
+    unseen = bounded & ((here.seen[:n] * span) ** 2 < enough)
     if not unseen.any():
         return None, 1
     shares = np.linspace(0.0, 1.0, THRESHOLDS.places_beside_corner + 2)[1:-1]
     least, best = here.cost - here.predicted - enough, None
     for share in shares:
         place = reached.x.copy()
-        place[:n] = np.where(unseen, lower + share * (upper - lower), place[:n])
+        place[:n] = parametrisation.put_in_order(np.where(unseen, lower + share * span, place[:n]))
         there = foresee(objective, place, steps)
         if there is not None and there.cost - there.predicted < least:
             least, best = there.cost - there.predicted, place
