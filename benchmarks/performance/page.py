@@ -21,8 +21,8 @@ PANELS_IN_A_ROW = 3
 HEAD = """# Performance
 
 How long a user waits, and what grows with what. `make bench` prints one table of these figures and of those that other
-benchmarks stored. Curves show processor time, which depends less on what else a machine does; memory is the peak of the
-process and its workers together, packages included."""
+benchmarks stored. Curves show processor time, which depends less on what else a machine does; memory is a peak,
+packages included."""
 
 
 def machine_words(stored: Mapping[str, Any]) -> str:
@@ -40,6 +40,13 @@ def text_table(figures: Sequence[Figure]) -> str:
             lines.append(group)
         lines.append(f"  {one.name[:84]:84s} {one.value:10.3g} {one.unit:15s} {one.origin}")
     return "\n".join(lines)
+
+
+def _whose_memory(stored: Mapping[str, Any]) -> str:
+    """Say whether the memory of workers is counted: older curves had only that of the first process."""
+    if all(curve.get("memory_of_workers") for curve in stored["curves"].values()):
+        return "Memory is that of the first process and its workers together."
+    return "Memory is that of the first process, without those of its workers."
 
 
 def growth_rows(stored: Mapping[str, Any]) -> list[str]:
@@ -182,7 +189,7 @@ def page_of(stored: Mapping[str, Any]) -> str:
         "",
         "What grows and processor time are on logarithmic axes, each panel with its own ends; memory is from 0.",
         "",
-        f"Measured {curves_in_words(stored)}. Memory is that of the first process, without those of its workers.",
+        f"Measured {curves_in_words(stored)}. {_whose_memory(stored)}",
         "",
         "| work | what grows | size: processor s (wall s) | exponent | memory [MB] |",
         "| --- | --- | --- | ---: | --- |",

@@ -228,9 +228,11 @@ def verdict_of(found: Search) -> Verdict:
     5. What is unlisted and hardly seen is nothing: where the nominal model leaves noise alone but for a score of the
        catalogue, and the best model predicts held-out runs better by less than rivals have to differ.
     6. Otherwise the effects are named, or ambiguous where rivals predict as well.
+    7. A friction law beside which a scatter alone is needed, of which held-out runs show little, is partly named: that
+       scatter stands for something smaller.
     """
     keys = found.best.solution.keys
-    if not found.best.adequate and found.standing:
+    if (not found.best.adequate and found.standing) or _has_weak_scatter_alone(found):
         return "partly_named"
     weak = len(keys) > 1 and min(map(found.evidence, keys)) < THRESHOLDS.verdict.least_evidence_of_each_name
     if not found.best.adequate or weak or len(_powers(found)) > 1 or found.beaten_by is not None:
@@ -238,6 +240,15 @@ def verdict_of(found: Search) -> Verdict:
     if not keys:
         return "nothing_missing" if found.law is None else "named"
     return "ambiguous" if found.rivals else "named"
+
+
+def _has_weak_scatter_alone(found: Search) -> bool:
+    """Say whether nothing but a scatter of little evidence stands beside another friction law."""
+    if found.law is None or not found.best.adequate or found.beaten_by is not None:
+        return False
+    solution, least = found.best.solution, THRESHOLDS.verdict.least_evidence_of_each_name
+    alone = bool(solution.random) and set(solution.keys) == set(solution.random)
+    return alone and min(map(found.evidence, solution.random)) < least
 
 
 def _is_hardly_seen(found: Search) -> bool:

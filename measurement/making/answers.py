@@ -141,16 +141,19 @@ def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...
     Raises
     ------
     InputError
-        Where a pattern selects none.
+        Where a pattern selects none, or all tables are selected.
     """
     chosen: set[str] = set()
-    for pattern in patterns:
+    for pattern in (patterns,) if isinstance(patterns, str) else patterns:
         fitting = {name for name in names if _fits(name, pattern)}
         # The run of sweep.mat is sweep.csv in the campaign; the user knows the name of the recording.
         fitting = fitting or {name for name in names if _fits(_stem(name), _stem(pattern))}
         if not fitting:
             raise InputError("--validate", expected=f"one of {', '.join(sorted(names))}", got=pattern)
         chosen |= fitting
+    if chosen.issuperset(names) and names:
+        todo = "leave at least one run to be fitted"
+        raise InputError("--validate", expected="some of the runs", got=f"all of them ({', '.join(names)})", todo=todo)
     return tuple(name for name in names if name in chosen)
 
 

@@ -173,6 +173,8 @@ def table_of(name: str, frame: pd.DataFrame) -> Table:
     InputError
         Where the name is a path, it is no data frame, two columns have one name, or it has fewer than 8 rows.
     """
+    if not isinstance(name, str):
+        raise InputError(str(FOLDER), expected="texts as names of runs", got=repr(name), todo=f'write "{name}"')
     path = FOLDER / name
     if path.name != name:
         raise InputError(str(FOLDER), expected="names of runs without slashes", got=repr(name))

@@ -89,6 +89,9 @@ STATES = ("observation.state", "state")
 """Begins of the names of the positions beside an action."""
 BITS_OF_DUTY = (8, 10, 12, 14, 16)
 """Bits that a timer's duty has, by which its largest number is one less than a power of two."""
+COMMANDS_BY_UNIT = {"V": "voltage_{}_V", "A": "current_{}_A", "%": "duty_{}*0.01"}
+"""What a column drives a joint by, where its name tells the unit alone."""
+UNIT_AT_END = re.compile(r"[\[(]\s*(V|A|%)\s*[\])]\s*$|_(V|A)$")
 LONGEST_REMEDY = 145
 """Most characters of a remedy with an example for each signal."""
 
@@ -137,6 +140,8 @@ def tell_how_to_name(
         example = next(iter(silent_columns(unknown) if signal == "torque" else unknown), None)
         if example is not None:
             unknown.remove(example)
+            if signal == "torque" and (unit := UNIT_AT_END.search(example)):
+                name = COMMANDS_BY_UNIT[unit.group(1) or unit.group(2)].format(joint)
             remedy.examples.append(f"--map '{example}={name}'")
         else:
             remedy.added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)

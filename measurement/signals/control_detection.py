@@ -7,6 +7,7 @@ import numpy as np
 from haptid.measurement.signals.noise import ORDER_OF_NOISE, contrasts, robust_std, shows_noise
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.model.joint.drive_terms import COMMAND_UNITS
 
 
 def position_control(run: Run, column: int = 0) -> str:
@@ -33,7 +34,8 @@ def position_control(run: Run, column: int = 0) -> str:
        constant speed);
     3. torque whose high-frequency part is the position's noise times a gain: the correlation of fourth divided
        differences of u and y, up to three rows of delay, with recorded and with even time stamps. A commanded torque is
-       independent of the sensor's noise.
+       independent of the sensor's noise. Of a motor driven by voltage or duty the recorded command is looked at: the
+       torque that it makes follows the measured speed.
     """
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):
@@ -78,8 +80,15 @@ def is_commanded(run: Run, column: int) -> bool:
     bool
         True if noise over range is below `largest_noise_of_command_over_range`.
     """
-    noise = robust_std(contrasts(run.t, run.u[:, column], ORDER_OF_NOISE))
-    return noise < THRESHOLDS.largest_noise_of_command_over_range * float(np.ptp(run.u[:, column]))
+    command = _command(run, column)
+    noise = robust_std(contrasts(run.t, command, ORDER_OF_NOISE))
+    return noise < THRESHOLDS.largest_noise_of_command_over_range * float(np.ptp(command))
+
+
+def _command(run: Run, column: int) -> Array:
+    """Return what the drive of a joint was commanded, shape (n_t,): what was recorded of it, else its torque."""
+    recorded = (run.drive_inputs[kind] for kind in COMMAND_UNITS if kind in run.drive_inputs)
+    return next(recorded, run.u[:, column])
 
 
 def steady_share(t: Array, y: Array) -> float:
@@ -130,7 +139,7 @@ def noise_link(run: Run, column: int, order: int = ORDER_OF_NOISE) -> float:
         return 0.0
     # Both signals are read at one time, so that an error of the time stamps alone links what moves fast. Such an error
     # is gone on even stamps; rows that were really taken unevenly have it there. A controller links them by either.
-    return min(_link(t, run.u[:, column], run.y[:, column], order) for t in (run.t, even_times(run.t)))
+    return min(_link(t, _command(run, column), run.y[:, column], order) for t in (run.t, even_times(run.t)))
 
 
 def even_times(t: Array) -> Array:

@@ -204,6 +204,7 @@ def with_cell(frames, column: str, value: object) -> dict[str, pd.DataFrame]:
         (lambda f: {**f, "b": f["b"].iloc[:5]}, "frames/b: expected at least 8 rows, got 5"),
         (lambda f: {**f, "b": [1, 2]}, "frames/b: expected a pandas DataFrame, got list"),
         (lambda f: {**f, "x/y": f["b"]}, "frames: expected names of runs without slashes, got 'x/y'"),
+        (lambda f: {3: f["b"]}, 'frames: expected texts as names of runs, got 3; write "3"'),
         (
             lambda f: {**f, "b": pd.concat([f["b"], f["b"]], axis=1)},
             "frames/b: expected one column t (ms), got several",
@@ -470,3 +471,15 @@ def test_a_current_without_its_torque_is_stated_by_an_argument(frames):
     assert str(caught.value).endswith('got current_0_A; give joints={0: {"torque_constant_Nm_per_A": ...}}')
     with pytest.raises(InputError, match=r'give joints=\{0: \{"force_constant_N_per_A": \.\.\.\}\}$'):
         Campaign.from_frames({"a": table.rename(columns={"position_0_rad": "position_0_m"})})
+
+
+def test_one_run_that_validates_is_named_without_a_list(frames):
+    kept = next(iter(frames))
+    uses = {run.file: run.use for run in Campaign.from_frames(frames, validate=kept).runs}
+    assert uses.pop(kept) == "validate"
+    assert set(uses.values()) == {"fit"}
+
+
+def test_not_all_runs_may_validate(frames):
+    with pytest.raises(InputError, match=r"validate: expected some of the runs, got all of them"):
+        Campaign.from_frames(frames, validate=["*"])

@@ -149,6 +149,18 @@ def test_new_says_which_column_lacks(tables, tmp_path, maps, lacking):
 
 
 @pytest.mark.parametrize(
+    ("column", "told"),
+    [
+        ("u (V)", "--map 'u (V)=voltage_2_V'"), ("signal [A]", "--map 'signal [A]=current_2_A'"),
+        ("u (%)", "--map 'u (%)=duty_2*0.01'"), ("signal", "--map 'signal=torque_2_Nm'"),
+    ],
+)  # fmt: skip
+def test_a_column_is_proposed_as_what_its_unit_says(column, told):
+    columns = ["time_s", column, "position_2_rad"]
+    assert told in tell_how_to_name(["torque"], columns, {2}, None)
+
+
+@pytest.mark.parametrize(
     ("position", "torque", "told"),
     [
         ("Position actual value [mm]", "Actual torque [%]", "a force in N, got 'Actual torque [%]'; state a hundredth"),

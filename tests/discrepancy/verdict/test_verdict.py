@@ -75,6 +75,19 @@ def test_what_has_no_name_and_hardly_shows_on_held_out_runs_is_nothing(gain: flo
     assert verdict_of(found) == "unlisted"  # type: ignore[arg-type] # without held-out runs nothing speaks against it
 
 
+@pytest.mark.parametrize(("evidence", "verdict"), [(-3.7, "partly_named"), (29.0, "partly_named"), (31.0, "named")])
+def test_a_scatter_that_held_out_runs_hardly_show_is_no_name_beside_a_friction_law(
+    evidence: float, verdict: str
+) -> None:
+    """A scatter of 50 µrad with an evidence of −3.7 was named beside the friction law that was missing."""
+    solution = SimpleNamespace(keys=("amplitude_scatter",), random=("amplitude_scatter",), effects=())
+    found = SimpleNamespace(
+        best=SimpleNamespace(adequate=True, solution=solution), beaten_by=None, law=object(), rivals=(), standing=(),
+        evidence=lambda _: evidence,
+    )  # fmt: skip
+    assert verdict_of(found) == verdict  # type: ignore[arg-type] # what the verdict reads of a search
+
+
 @pytest.mark.parametrize(("energy", "over_noise"), [(10.0, 1.0), (20.0, 1.0), (2000.0, 10.0)])
 def test_what_names_leave_widens_their_errors(energy: float, over_noise: float) -> None:
     left = Omnibus(energy=energy, dof=20.0, p=0.5, parts={}, total=0.0, rows=0)
