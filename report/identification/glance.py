@@ -15,7 +15,6 @@ from haptid.report.common.page import Cell, Table
 from haptid.report.common.words import Word, word_of
 from haptid.support.numbers import plain
 
-HEADER = ("joint", "verdict", "RMS, worst run", "× noise", "worst run", "what to do next", "files")
 RESULT = "identification.json"
 
 
@@ -43,7 +42,10 @@ def glance_table(steps: Sequence[Step], verification: Verification, files: Seque
     rest = [file for file in files if file not in own]
     if verification.runs or rest:
         rows.append(_whole_row(verification, rest))
-    return Table(header=HEADER, rows=rows)
+    unseen = any(score.use == "validate" for step in steps for score in step.fit.runs)
+    worst = "worst unseen run" if unseen else "worst run"
+    header = ("joint", "verdict", f"RMS, {worst}", "× noise", worst, "what to do next", "files")
+    return Table(header=header, rows=rows)
 
 
 def _files_of(step: Step, files: Sequence[str]) -> list[str]:
