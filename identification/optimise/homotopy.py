@@ -25,6 +25,7 @@ from haptid.identification.optimise.corners import leave_corners
 from haptid.identification.optimise.fewer_rows import with_fewer_rows
 from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import (
+    FREE_STEPS,
     Descent,
     Simulated,
     Steps,
@@ -92,7 +93,7 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody, *, short: bool
     Descent
         Minimum at the last gain and the model's own inner step; ``calls`` counts all levels.
     """
-    gains = problem.options.gains
+    gains, steps = problem.options.gains, Steps.short(problem) if short else FREE_STEPS
     coarse, close = problem, False
 
     def minimise_level(x: Array, gain: float, number: int) -> Descent:
@@ -101,12 +102,12 @@ def descend(problem: Problem, x: Array, tell: Tell = tell_nobody, *, short: bool
         if number in {0, len(gains) - 1}:
             coarse = coarsen(with_fewer_rows(problem, x, gain), x, gain)
         if number == len(gains) - 1:
-            return _level(coarse, x, number, near=close, short=short, tell=_at_level(coarse, number, tell))
+            return _level(coarse, x, number, near=close, steps=steps, tell=_at_level(coarse, number, tell))
         asked = not close
         close = close or is_near_the_data(coarse, x)
-        reached = (
-            Descent.at(x) if close else _level(coarse, x, number, short=short, tell=_at_level(coarse, number, tell))
-        )
+        if close:
+            return replace(Descent.at(x), calls=int(asked))
+        reached = _level(coarse, x, number, steps=steps, tell=_at_level(coarse, number, tell))
         return replace(reached, calls=reached.calls + asked)
 
     near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
@@ -178,7 +179,7 @@ def polish(problem: Problem, near: Descent, tell: Simulated = ignore_simulation,
             iterations=THRESHOLDS.most_iterations_of_last_level,
             tolerance=0.0,
             relative=THRESHOLDS.tolerance_of_polish_far if is_far(problem, near) else THRESHOLDS.tolerance_of_polish,
-            steps=_steps(problem, short=short, damping=1e-9),
+            steps=Steps.short(problem, damping=1e-9) if short else Steps(damping=1e-9),
             tell=tell,
         )
     return replace(polished, calls=near.calls + polished.calls)
@@ -226,7 +227,7 @@ def _level(  # what is minimised, where it begins, how far it steps, and who lis
     number: int,
     *,
     near: bool = False,
-    short: bool,
+    steps: Steps,
     tell: Simulated = ignore_simulation,
 ) -> Descent:
     """Minimise at one gain; ``near`` says whether x leaves little of the motion."""
@@ -235,7 +236,7 @@ def _level(  # what is minimised, where it begins, how far it steps, and who lis
     iterations, tolerance = THRESHOLDS.most_iterations_of_early_level, THRESHOLDS.tolerance_of_early_level
     if last:
         iterations, tolerance = THRESHOLDS.most_iterations_of_last_level, THRESHOLDS.tolerance_of_last_level
-    cost, steps = SumOfSquares.of(problem, gains[number]), _steps(problem, short=short)
+    cost = SumOfSquares.of(problem, gains[number])
 
     def minimise_from(x: Array) -> Descent:
         # Near the data Levenberg–Marquardt converges quadratically, SLSQP in three to five times as many simulations.
@@ -247,13 +248,6 @@ def _level(  # what is minimised, where it begins, how far it steps, and who lis
 
     relative = THRESHOLDS.tolerance_of_early_level
     return leave_corners(cost, minimise_from(x), minimise_from, steps=steps, relative=relative)
-
-
-def _steps(problem: Problem, *, short: bool, damping: float = 1e-3) -> Steps:
-    """Return how long steps may be; short ones move no logarithm far."""
-    longest = np.full(problem.size, np.inf)
-    longest[np.flatnonzero(problem.parametrisation.log)] = THRESHOLDS.longest_step_of_logarithm
-    return Steps(damping=damping, longest=longest if short else None)
 
 
 def feasible(problem: Problem, x: Array) -> Array:

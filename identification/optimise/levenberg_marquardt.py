@@ -98,6 +98,25 @@ class Steps:
     damping: float = 1e-3
     longest: Array | None = None
 
+    @classmethod
+    def short(cls, problem: Problem, damping: float = 1e-3) -> Steps:
+        """Return steps that move no logarithm by more than `THRESHOLDS.longest_step_of_logarithm`.
+
+        Parameters
+        ----------
+        problem
+            Problem whose parameters they move.
+        damping
+            Damping λ of the first step [1].
+
+        Returns
+        -------
+        Steps
+        """
+        longest = np.full(problem.size, np.inf)
+        longest[np.flatnonzero(problem.parametrisation.log)] = THRESHOLDS.longest_step_of_logarithm
+        return cls(damping=damping, longest=longest)
+
 
 FREE_STEPS = Steps()
 """Where nothing is known of the way."""

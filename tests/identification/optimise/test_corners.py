@@ -33,18 +33,12 @@ def start(cost: SumOfSquares, **changed: float) -> Array:
     return cost.problem.unknowns_at(np.array([values.get(q.id, q.initial) for q in bench_joint.equations().parameters]))
 
 
-def short_steps(cost: SumOfSquares) -> Steps:
-    lengths = np.full(cost.problem.size, np.inf)
-    lengths[np.flatnonzero(cost.problem.parametrisation.log)] = THRESHOLDS.longest_step_of_logarithm
-    return Steps(longest=lengths)
-
-
 def descend(cost: SumOfSquares, x: Array) -> Descent:
-    return minimise(cost, x, tolerance=0.0, relative=RELATIVE, steps=short_steps(cost))
+    return minimise(cost, x, tolerance=0.0, relative=RELATIVE, steps=Steps.short(cost.problem))
 
 
 def leave(cost: SumOfSquares, reached: Descent, again: Callable[[Array], Descent]) -> Descent:
-    return leave_corners(cost, reached, again, steps=short_steps(cost), relative=1e-3)
+    return leave_corners(cost, reached, again, steps=Steps.short(cost.problem), relative=1e-3)
 
 
 def test_a_descent_that_ends_without_stiction_is_led_to_the_noise(cost: SumOfSquares):
@@ -91,7 +85,7 @@ def test_no_step_moves_a_parameter_by_more_than_the_longest_step(cost: SumOfSqua
             visited.append(cost.move(x, d))
             return visited[-1]
 
-    minimise(Watched(), visited[0], tolerance=0.0, relative=RELATIVE, steps=short_steps(cost))
+    minimise(Watched(), visited[0], tolerance=0.0, relative=RELATIVE, steps=Steps.short(cost.problem))
     log = np.flatnonzero(cost.problem.parametrisation.log)
     steps = np.abs(np.diff(np.array(visited)[:, log], axis=0))
     most = THRESHOLDS.longest_step_of_logarithm
