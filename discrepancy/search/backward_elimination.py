@@ -52,7 +52,7 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
     made: list[Trial] = []
     less = without_each(s, best, start)
     for key in best.solution.random:
-        if key not in less:
+        if not best.solution.effects or key not in less:
             continue
         smaller = judge_candidate(s, less[key], start.candidate)
         made.append(smaller)
