@@ -12,10 +12,8 @@ runs within 1.05 times the noise, the median error of each parameter, and how of
 
 from __future__ import annotations
 
-import datetime
 import json
 import os
-import platform
 import sys
 import time
 from collections.abc import Sequence
@@ -43,7 +41,7 @@ from haptid.virtual_device.recording.campaign import joint_runs
 from haptid.virtual_device.recording.inputs import table3
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.tables import RunTable
-from studies.ledger.version import git_version, tell_version
+from studies.ledger.version import origin_of, tell_origin
 
 FOLDER = Path(__file__).parent.parent / "docs" / "results"
 DRAWN = {
@@ -182,7 +180,7 @@ def page(kept: dict[str, Any]) -> str:
         "",
         f"{DRAWN[around]} {TESTED}",
         "",
-        f"`{kept['command'].strip()}`, {kept['date']}, {tell_version(kept)}, {kept['machine']}.",
+        tell_origin(kept),
         "",
         f"- {len(cases)} fits. Validation runs at most {THRESHOLD} times the noise: "
         f"{interval(s['at_noise'], len(cases))}; the worst {s['worst']:.3f} times. Aim: at least 95 %.",
@@ -228,10 +226,7 @@ def main(devices: int, joints: str | None, out: Path | None, workers: int, **set
 
         results = pool.until(solve, [(case,) for case in cases], more)
     kept = {
-        "command": "python -m benchmarks.identification_devices " + " ".join(sys.argv[1:]),
-        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        "git": git_version(),
-        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+        **origin_of("python -m benchmarks.identification_devices " + " ".join(sys.argv[1:])),
         "settings": {"devices": devices, **settings},
         "summary": summarised(results),
         "cases": results,

@@ -8,10 +8,8 @@ environments of their own, made below ``.cache/peers``, and the results go to ``
 
 from __future__ import annotations
 
-import datetime
 import json
 import os
-import platform
 import subprocess
 import sys
 import time
@@ -27,7 +25,7 @@ from benchmarks.peers.problem import CASES, NAMES, THRESHOLD, Case
 from benchmarks.peers.table import lines, page, ratios
 from haptid.fmu_build.building.packaging import build_fmu
 from haptid.model.joint.locked_joint import joint_equations
-from studies.ledger.version import git_version
+from studies.ledger.version import origin_of
 
 OUT = ROOT / "docs" / "results" / "time_to_truth.json"
 MOST_STARTS = 16
@@ -166,10 +164,7 @@ def main(peers: bool, only: str, again: str) -> None:
         click.echo("\n".join(lines(CASES[name].title, rows)) + "\n")
     if peers and not only:
         kept = {
-            "command": "python -m benchmarks.time_to_truth --peers" + (f" --again {again}" if again else ""),
-            "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-            "git": git_version(),
-            "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+            **origin_of("python -m benchmarks.time_to_truth --peers" + (f" --again {again}" if again else "")),
             "wall_s": time.perf_counter() - began,
             "threshold": THRESHOLD,
             "cases": {name: {"title": CASES[name].title, "contestants": rows} for name, rows in cases.items()},

@@ -12,10 +12,8 @@ Results go to ``docs/results``, those of the embedded campaigns also to the page
 
 from __future__ import annotations
 
-import datetime
 import json
 import os
-import platform
 import sys
 import tempfile
 import time
@@ -34,7 +32,7 @@ from haptid.support.files.files import write_json, write_text
 from haptid.support.terminal import Count
 from haptid.virtual_device.make_campaign import PLAN
 from haptid.virtual_device.make_campaign import main as make_campaign
-from studies.ledger.version import git_version, tell_version
+from studies.ledger.version import origin_of, tell_origin
 
 OUT = Path(__file__).parent.parent / "docs" / "results" / "whole_model.json"
 MACHINES = ((0.0, 1), (0.3, 7), (0.3, 8))
@@ -137,7 +135,7 @@ def page(kept: dict[str, Any]) -> str:
         "machine is that of the embedded campaigns; the others are drawn around it by "
         "`virtual_device.machine.variation.vary`, and have the same plan.",
         "",
-        f"`{kept['command'].strip()}`, {kept['date']}, {tell_version(kept)}, {kept['machine']}.",
+        tell_origin(kept),
         "",
         f"- Closed loop, every joint at most {AIM} times the noise after the planned tests: {reached} of "
         f"{len(machines)} machines; the worst joint of all {max(worst['planned']):.3g} times.",
@@ -181,10 +179,7 @@ def main(machines: int, workers: int) -> None:
     stored = json.loads(OUT.read_text(encoding="utf-8"))["machines"] if OUT.exists() else []
     made = [measure(width, seed, workers) for width, seed in Count(MACHINES[:machines], title="machines")]
     kept = {
-        "command": " ".join(["python -m benchmarks.whole_model", *sys.argv[1:]]),
-        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        "git": git_version(),
-        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+        **origin_of(" ".join(["python -m benchmarks.whole_model", *sys.argv[1:]])),
         "machines": [*made, *stored[machines:]],
     }
     write_json(OUT, kept)

@@ -8,9 +8,6 @@ does not lengthen, else medians; then sensitivities, lanes and the whole device.
 from __future__ import annotations
 
 import ctypes
-import datetime
-import os
-import platform
 import statistics
 import tempfile
 import time
@@ -35,7 +32,7 @@ from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.compiler import compile_shared
 from haptid.support.files.files import write_json
-from studies.ledger.version import git_version
+from studies.ledger.version import origin_of
 
 ROWS, STEP, REPEATS, AIM = 20_000, 5e-4, 9, 0.85
 MANY_REPEATS = 50
@@ -193,10 +190,7 @@ def main() -> None:
         print("whole device, 0.5 ms communication step")
         whole_device(Path(name))
     about = {
-        "command": "python -m benchmarks.models.fmu_speed",
-        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        "git": git_version(),
-        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+        **origin_of("python -m benchmarks.models.fmu_speed"),
     }
     write_json(OUT, {**about, **stored})
     page.write()

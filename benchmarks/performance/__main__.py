@@ -31,7 +31,7 @@ def measure_curve(name: str) -> dict[str, Any]:
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
         points.append(json.loads(done.stdout.splitlines()[-1]))
         click.echo(f"{curve.title}: {size} {curve.axis}, {points[-1]['cpu_s']:.2f} s of processor", err=True)
-    return {"title": curve.title, "axis": curve.axis, "points": points, "memory_of_workers": True, **when()}
+    return {"title": curve.title, "axis": curve.axis, "points": points, **when()}
 
 
 def when() -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -40,13 +41,6 @@ def text_table(figures: Sequence[Figure]) -> str:
             lines.append(group)
         lines.append(f"  {one.name[:84]:84s} {one.value:10.3g} {one.unit:15s} {one.origin}")
     return "\n".join(lines)
-
-
-def _whose_memory(stored: Mapping[str, Any]) -> str:
-    """Say whether the memory of workers is counted: older curves had only that of the first process."""
-    if all(curve.get("memory_of_workers") for curve in stored["curves"].values()):
-        return "Memory is that of the first process and its workers together."
-    return "Memory is that of the first process, without those of its workers."
 
 
 def growth_rows(stored: Mapping[str, Any]) -> list[str]:
@@ -163,8 +157,12 @@ def workers_in_words(stored: Mapping[str, Any]) -> str:
 
 def curves_in_words(stored: Mapping[str, Any]) -> str:
     """Say when, of which commit and beside what load the curves were measured."""
-    told = (f"{one['date']}, commit {one['commit']}, load {one['load']:.1f}" for one in stored["curves"].values())
-    return "; ".join(dict.fromkeys(told))
+    loads: dict[tuple[str, str], list[float]] = defaultdict(list)
+    for curve in stored["curves"].values():
+        loads[curve["date"], curve["commit"]].append(curve["load"])
+    return "; ".join(
+        f"{date}, commit {commit}, load {min(each):.1f} to {max(each):.1f}" for (date, commit), each in loads.items()
+    )
 
 
 def page_of(stored: Mapping[str, Any]) -> str:
@@ -189,7 +187,7 @@ def page_of(stored: Mapping[str, Any]) -> str:
         "",
         "What grows and processor time are on logarithmic axes, each panel with its own ends; memory is from 0.",
         "",
-        f"Measured {curves_in_words(stored)}. {_whose_memory(stored)}",
+        f"Measured {curves_in_words(stored)}. Memory is that of the first process and its workers together.",
         "",
         "| work | what grows | size: processor s (wall s) | exponent | memory [MB] |",
         "| --- | --- | --- | ---: | --- |",

@@ -134,8 +134,8 @@ CURVES: Mapping[str, Curve] = {
         prepare=lambda size: fit(campaign_of(2, ROWS, size)),
     ),
     "workers": Curve(
-        title=f"fit of two runs of {ROWS} rows, eight starts by SLSQP", axis="workers", sizes=(1, 2),
-        prepare=lambda size: fit(campaign_of(2, ROWS), FitOptions(starts=8, agree=8, workers=size)),
+        title=f"fit of eight runs of {4 * ROWS} rows, sixteen starts by SLSQP", axis="workers", sizes=(1, 2),
+        prepare=lambda size: fit(campaign_of(8, 4 * ROWS), FitOptions(starts=16, agree=16, workers=size)),
     ),
     "joints": Curve(
         title="equations of the last joints of the Freedom 6S", axis="free joints", sizes=(1, 2, 3, 4),

@@ -3,8 +3,8 @@
     python -m benchmarks.search.coupled_missing
 
 The virtual arm hides disturbances of its own formulas in joint 0 or 1 of the coupled test; the search over the
-catalogue in both joints sees the runs alone. Prints a Markdown table. What is missed is over the noise, where
-amplitudes scatter over noise and scatter together.
+catalogue in both joints sees the runs alone. What is missed is over the noise, where amplitudes scatter over noise and
+scatter together. Results go to ``docs/results``.
 """
 
 from __future__ import annotations
@@ -13,12 +13,16 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import click
 
 from haptid.discrepancy.finding.finding import find
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
+from haptid.support.files.files import write_json, write_text
 from haptid.support.listener import ignore_progress
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import read_truth
@@ -27,7 +31,9 @@ from haptid.virtual_device.recording.inputs import COUPLED
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.tables import write_campaign
 from haptid.virtual_device.recording.whole import coupled_test
+from studies.ledger.version import origin_of, tell_origin
 
+OUT = Path(__file__).parents[2] / "docs" / "results" / "coupled_missing.json"
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
 Scatter = Mapping[int, tuple[float, bool]]
 CASES: tuple[tuple[str, Mapping[int, Mapping[str, float]], Scatter], ...] = (
@@ -47,7 +53,7 @@ CASES: tuple[tuple[str, Mapping[int, Mapping[str, float]], Scatter], ...] = (
 )
 
 
-def worked(hidden: Mapping[int, Mapping[str, float]], scatter: Scatter, seed: int) -> tuple[str, str, str, str]:
+def worked(hidden: Mapping[int, Mapping[str, float]], scatter: Scatter, seed: int) -> dict[str, Any]:
     """Return verdict, names, gap before and after over the noise, and the time [s] of one case."""
     arm = Arm(read_truth(), hidden)
     runs = [
@@ -62,19 +68,52 @@ def worked(hidden: Mapping[int, Mapping[str, float]], scatter: Scatter, seed: in
     gap, judgement = found.gaps["validate"], found.judgement
     names = [e.key for e in judgement.effects] if judgement.verdict != "nothing_missing" else []
     others = [" + ".join(t.candidate.ids) for t in judgement.alternatives if judgement.verdict == "ambiguous"]
-    told = ", ".join(names) + (f" or {' or '.join(others)}" if others else "")
     before, after = gap.beside or (gap.before / gap.noise, gap.after / gap.noise)
-    return (
-        judgement.verdict, told, f"{before:.3g} → {after:.3g}",
-        f"{time.perf_counter() - began:.0f}",
-    )  # fmt: skip
+    return {
+        "verdict": judgement.verdict,
+        "names": names,
+        "alternatives": others,
+        "missed_before": before,
+        "missed_after": after,
+        "wall_s": time.perf_counter() - began,
+    }
 
 
+def page(stored: Mapping[str, Any]) -> str:
+    """Return the results as Markdown."""
+    lines = [
+        "# What is hidden where two joints move together",
+        "",
+        "Synthetic: the coupled test of joints 0 and 1 of the virtual arm (three runs to fit, one that no fit saw), "
+        "disturbances by the arm's own formulas, the catalogue in both joints, two threads. What is missed is the RMS "
+        "on the unseen run over the noise, where amplitudes scatter over noise and scatter together.",
+        "",
+        tell_origin(stored),
+        "",
+        "| hidden | verdict | names | missed before | after | s |",
+        "| --- | --- | --- | ---: | ---: | ---: |",
+    ]
+    for row in stored["rows"]:
+        names = ", ".join(row["names"]) + (f" or {' or '.join(row['alternatives'])}" if row["alternatives"] else "")
+        lines.append(
+            f"| {row['hidden']} | {row['verdict']} | {names} | {row['missed_before']:.3g} | "
+            f"{row['missed_after']:.3g} | {row['wall_s']:.0f} |"
+        )
+    lines += ["", f"{len(stored['rows'])} cases are no rate."]
+    return "\n".join(lines) + "\n"
+
+
+@click.command(help=__doc__)
 def main() -> None:
-    """Work through the cases and print them as they are done."""
-    print("| hidden | verdict | names | missed on unseen runs, over the noise | s |\n| --- | --- | --- | --- | --- |")
+    """Work through the cases, and write results and page."""
+    rows = []
     for seed, (truth, hidden, scatter) in enumerate(CASES):
-        print("| " + " | ".join((truth, *worked(hidden, scatter, 100 + seed))) + " |", flush=True)
+        rows.append({"hidden": truth, **worked(hidden, scatter, 100 + seed)})
+        click.echo(f"{truth}: {rows[-1]['verdict']} {', '.join(rows[-1]['names'])}", err=True)
+    stored = {**origin_of("python -m benchmarks.search.coupled_missing"), "rows": rows}
+    write_json(OUT, stored)
+    write_text(OUT.with_suffix(".md"), page(stored))
+    click.echo(page(stored))
 
 
 if __name__ == "__main__":

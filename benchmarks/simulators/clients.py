@@ -8,9 +8,6 @@ states no licence and the lock takes none that does not: add it by ``uv pip inst
 
 from __future__ import annotations
 
-import datetime
-import os
-import platform
 import subprocess
 import sys
 import tempfile
@@ -28,7 +25,7 @@ from haptid.fmu_build.native.platforms import this_platform
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.support.files.files import write_json
 from haptid.support.terminal import Count
-from studies.ledger.version import git_version
+from studies.ledger.version import origin_of
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "clients.json"
 KINDS: tuple[Kind, ...] = ("python", "native", "native3")
@@ -108,10 +105,7 @@ def main(page_alone: bool) -> None:
         write_json(
             OUT,
             {
-                "command": " ".join(["python -m benchmarks.simulators.clients", *sys.argv[1:]]),
-                "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-                "git": git_version(),
-                "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+                **origin_of(" ".join(["python -m benchmarks.simulators.clients", *sys.argv[1:]])),
                 "clients": about, "absent": ABSENT, "validated": len(fmus), "problems": problems, "rows": rows,
             },
         )  # fmt: skip

@@ -9,10 +9,8 @@ go to ``docs/results/foreign_fmus.json`` and to the page on foreign FMUs.
 
 from __future__ import annotations
 
-import datetime
 import json
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -36,7 +34,7 @@ from haptid.identification.run import main as identify
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT
 from haptid.support.terminal import Count
-from studies.ledger.version import git_version
+from studies.ledger.version import origin_of
 
 OUT = ROOT / "docs" / "results" / "foreign_fmus.json"
 DATA = Path(os.environ.get("HAPTID_DATA", ROOT.parent / "shared" / "data")) / "foreign_fmus"
@@ -332,9 +330,7 @@ def main(page_alone: bool) -> None:
         write_json(
             OUT,
             {
-                "command": " ".join(["python -m benchmarks.simulators.foreign", *sys.argv[1:]]),
-                "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(), "git": git_version(),
-                "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+                **origin_of(" ".join(["python -m benchmarks.simulators.foreign", *sys.argv[1:]])),
                 "modestpy": MODESTPY.requirements[0], "rows": rows,
             },
         )  # fmt: skip

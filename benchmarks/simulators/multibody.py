@@ -10,9 +10,6 @@ Results go to ``docs/results/multibody.json`` and to the page on other simulator
 
 from __future__ import annotations
 
-import datetime
-import os
-import platform
 import sys
 import tempfile
 import time
@@ -38,7 +35,7 @@ from haptid.fmu_build.native.platforms import this_platform
 from haptid.measurement.values.run import Run
 from haptid.support.files.files import write_json
 from haptid.support.terminal import Count
-from studies.ledger.version import git_version
+from studies.ledger.version import origin_of
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "multibody.json"
 STATES = 1000
@@ -149,10 +146,7 @@ def main(page_alone: bool) -> None:
         write_json(
             OUT,
             {
-                "command": " ".join(["python -m benchmarks.simulators.multibody", *sys.argv[1:]]),
-                "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-                "git": git_version(),
-                "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+                **origin_of(" ".join(["python -m benchmarks.simulators.multibody", *sys.argv[1:]])),
                 "mujoco": mujoco.__version__, "pinocchio": version("pin"), "fmpy": version("fmpy"),
                 "states": STATES, "noise_rad": float(whole.runs()[0].noise[0]), "terms": terms, "motions": motions,
             },

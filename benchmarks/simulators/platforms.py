@@ -8,7 +8,6 @@ Results go to ``docs/results/platforms.json`` and to the page on FMUs.
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import os
 import platform
@@ -36,7 +35,7 @@ from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.support.files.files import write_json
 from haptid.support.processes.c_compiler import run_c_compiler
 from haptid.support.terminal import Count
-from studies.ledger.version import git_version
+from studies.ledger.version import origin_of
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "platforms.json"
 HOST = Path(__file__).with_suffix(".c")
@@ -227,10 +226,7 @@ def main() -> None:
     write_json(
         OUT,
         {
-            "command": "python -m benchmarks.simulators.platforms",
-            "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-            "git": git_version(),
-            "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+            **origin_of("python -m benchmarks.simulators.platforms"),
             "rows": rows,
             "archives": archives,
         },

@@ -1,7 +1,10 @@
-"""With which version of the code a result was measured."""
+"""When, on what and with which version of the code a result was measured."""
 
 from __future__ import annotations
 
+import datetime
+import os
+import platform
 import subprocess
 from collections.abc import Mapping
 from typing import Any
@@ -45,3 +48,43 @@ def tell_version(stored: Mapping[str, Any]) -> str:
     if "stored_in" in stored:
         return f"stored in commit {stored['stored_in']}, its version not kept"
     return "version not kept"
+
+
+def origin_of(command: str) -> dict[str, Any]:
+    """Return what every stored result says of its origin.
+
+    Parameters
+    ----------
+    command
+        What made it.
+
+    Returns
+    -------
+    dict
+        ``command``, ``date`` (UTC), ``git`` as `git_version` says it, ``machine`` and ``load``, the mean number of
+        processes that wanted to run in the last minute.
+    """
+    return {
+        "command": command.strip(),
+        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+        "git": git_version(),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+        "load": round(os.getloadavg()[0], 2),
+    }
+
+
+def tell_origin(stored: Mapping[str, Any]) -> str:
+    """Say what `origin_of` returned.
+
+    Parameters
+    ----------
+    stored
+        Content of a JSON that holds it.
+
+    Returns
+    -------
+    str
+        One sentence of Markdown.
+    """
+    load = f", load {stored['load']:.1f} at the end" if "load" in stored else ""
+    return f"`{stored['command'].strip()}`, {stored['date']}, {tell_version(stored)}, {stored['machine']}{load}."
