@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from haptid.support.errors import InputError
 from haptid.support.files.files import check_writable
 from haptid.support.files.folder_lock import NAME as LOCK
 from haptid.support.files.folder_lock import lock_folder
@@ -99,6 +100,45 @@ class Place:
         if place.path.resolve() != self.path.resolve():
             shutil.copytree(self.path, place.path, dirs_exist_ok=True, ignore=shutil.ignore_patterns(LOCK))
         return place
+
+
+def made_by(call: str, command: str) -> str:
+    """Tell how the files of a result come about, to one who reads a folder that has none.
+
+    Parameters
+    ----------
+    call
+        Method of `haptid.Campaign`.
+    command
+        Command of ``haptid``.
+
+    Returns
+    -------
+    str
+        What to do, for an error.
+    """
+    return f"name the folder that Campaign.{call}(out=...) or haptid {command} --out wrote"
+
+
+def require_result(source: Path, wanted: str, made: str) -> None:
+    """Refuse a folder that holds no such result.
+
+    Parameters
+    ----------
+    source
+        File of the result.
+    wanted
+        Kind of file, in words.
+    made
+        How the file comes about, as `made_by` says.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file.
+    """
+    if not source.exists():
+        raise InputError(str(source), expected=wanted, got="no such file", todo=made)
 
 
 @contextmanager

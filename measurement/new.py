@@ -34,7 +34,7 @@ from haptid.measurement.making.prepared import (
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.naming.encoder_counts import refuse_open_counts
-from haptid.measurement.naming.map_option import parse_map
+from haptid.measurement.naming.map_option import parse_map, remarks_on_units
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import known_names
 from haptid.measurement.recordings.recording import KINDS, names_of_recordings, recordings_in
@@ -149,7 +149,7 @@ def _write_checked(out: Path, folder: Path, prepared: list[PreparedTable], answe
         with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
         refused, remarks = _ask_check(campaign, renamed=(str(inner), str(out)))
-        remarks = [*_remark_on_constant(prepared, answers), *remarks]
+        remarks = [*remarks_on_units(answers.stated), *_remark_on_constant(prepared, answers), *remarks]
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)

@@ -7,6 +7,24 @@ from dataclasses import dataclass
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
+def tell_share(share: float | None, decimals: int = 1) -> str:
+    """Tell a closed share in per cent.
+
+    Parameters
+    ----------
+    share
+        Share [1]; None where there is none. What is left can lie below the noise that was stated or estimated, which
+        makes the quotient more than 1: no more than all of a gap can be closed.
+    decimals
+        Decimals of the number.
+
+    Returns
+    -------
+    str
+    """
+    return "–" if share is None else f"{100 * min(share, 1.0):.{decimals}f} %"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
     """RMS of measured − simulated over some runs, before and after the named effects.

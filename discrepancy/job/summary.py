@@ -7,6 +7,7 @@ from typing import Any
 from haptid.discrepancy.finding.finding import Finding
 from haptid.discrepancy.finding.finding import as_json as position_json
 from haptid.discrepancy.finding.full_model import WholeFinding
+from haptid.discrepancy.finding.gap import tell_share
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.finding.torque_json import torque_json
 from haptid.discrepancy.job.search import AnyFinding
@@ -80,9 +81,9 @@ def _gap_table(finding: Finding) -> Table:
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"
         amounts = (plain(gap.before, 3), plain(gap.after, 3), plain(gap.noise, 3))
-        closed = "–" if share is None else f"{100 * share:.1f} %{beside}"
+        closed = "–" if share is None else f"{tell_share(share)}{beside}"
         rows.append((name, *amounts, closed))
-        told = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"
+        told = "" if share is None else f", {tell_share(share)} of the gap{beside} closed"
         lines.append(f"  {name}: RMS {amounts[0]} before, {amounts[1]} after{with_what}, noise {amounts[2]}{told}")
     header = (f"RMS [{unit}]", "before", f"after{with_what}", "noise", "gap closed")
     return Table(header=header, rows=rows, plain="\n".join(lines))

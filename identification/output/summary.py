@@ -20,7 +20,7 @@ from haptid.identification.output.plain_comparison import (
 )
 from haptid.identification.output.priors import tell_device_inertia, tell_priors, tell_unused_priors
 from haptid.identification.result.fit import RunScore
-from haptid.identification.result.outcome import UNCERTAIN, tell_status
+from haptid.identification.result.outcome import UNCERTAIN, Outcome, tell_status
 from haptid.identification.sequence.outcome_sentence import structured_run, tell_outcome
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
@@ -131,10 +131,13 @@ def tell_uncertain(step: Step) -> str:
     Returns
     -------
     str
-        As ``uncertain: the model leaves 7.7 times the noise``, of the run that the fit misses most.
+        As ``uncertain: the model leaves 7.7 times the noise in its worst run``; where the fit is no free simulation,
+        that one drifts from the runs.
     """
+    if step.fit.outcome in (Outcome.OBSERVED, Outcome.TORQUE_SCORED):
+        return "uncertain: a free simulation drifts from the runs"
     worst = worst_score(step)
-    left = "more than the noise" if worst is None else f"{plain(worst.over_noise, 2)} times the noise"
+    left = "more than the noise" if worst is None else f"{plain(worst.over_noise, 2)} times the noise in its worst run"
     return f"uncertain: the model leaves {left}"
 
 
@@ -241,7 +244,7 @@ def attention(step: Step) -> list[str]:
     said += tell_device_inertia(fit, step.device_inertia)
     uncertain = uncertain_ids(step)
     if uncertain:
-        said.append(f"{tell_uncertain(step)}, and what it lacks may have moved {', '.join(uncertain)}")
+        said.append(f"{tell_uncertain(step)}, and what the model lacks may have moved {', '.join(uncertain)}")
     said += [f"contradicts an earlier test: {a.name} (p = {a.p:.1e})" for a in step.agreements if a.contradicts]
     zeros = encoder_zeros(fit)
     if zeros:

@@ -422,10 +422,13 @@ def ask(question: str, default: str | None, read: Callable[[str], T], *, may_go_
             if may_go_back:
                 raise WentBack
             raise click.UsageError("there is no question before this one")
+        if default is None and not reply.strip():
+            raise click.UsageError("nothing is proposed here: type a reply; Ctrl-C leaves")
         try:
             return read(reply.strip())
         except InputError as error:
             raise click.UsageError(str(error)) from None  # click shows it and asks again
 
-    answer: T = click.prompt(question, default=default, value_proc=check_reply, show_default=bool(default))
+    # Without a default click would ask again without a word.
+    answer: T = click.prompt(question, default=default or "", value_proc=check_reply, show_default=bool(default))
     return answer

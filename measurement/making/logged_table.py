@@ -33,6 +33,7 @@ NAME_IN_BLANKS = re.compile(r"\S+(?:\s?(?:\[[^\]]*\]|\([^)]*\)))?")
 """A name between blanks, with its unit in brackets."""
 NUMBER = re.compile(r"\s*[+-]?((\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?|nan|inf)\s*", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+MAY_BE_THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*")
 MOST_LINES_BEFORE_HEADER = 100
 """Lines that a logger writes about itself before the header, at most."""
 ROWS_THAT_SHOW_LAYOUT = 3
@@ -202,10 +203,13 @@ def _layout_at(lines: Sequence[str], header: int, separator: str) -> Layout | No
         return None
     before = _names(lines[header - 1], separator) if header else []
     cells = [cell for row in rows for cell in row]
+    with_comma = [cell for cell in cells if DECIMAL_COMMA.fullmatch(cell)]
+    # Between commas only a quoted cell holds one, as spreadsheets write it, and it may part thousands.
+    decimal_comma = separator != "," or any(not MAY_BE_THOUSANDS.fullmatch(cell) for cell in with_comma)
     return Layout(
         separator=separator,
         header=header,
-        decimal_comma=separator != "," and any(DECIMAL_COMMA.fullmatch(cell) for cell in cells),
+        decimal_comma=bool(with_comma) and decimal_comma,
         commented=lines[header].lstrip().startswith(("#", "%")),
         units=len(before) == len(names) and not _numbers_in(before),
     )

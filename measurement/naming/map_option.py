@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.naming.mapping import FLAG, Target
-from haptid.measurement.naming.units_in_names import in_counts, understand_column
+from haptid.measurement.naming.units_in_names import in_counts, understand_column, unit_in_brackets, unit_of_column
 from haptid.support.errors import InputError
 from haptid.support.numbers import read_number
 
@@ -43,6 +45,31 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
             raise InputError(FLAG, expected=f"a number as the factor of {name}", got=repr(factor)) from None
         targets[column] = Target(name=target.name, factor=target.factor * number)
     return targets
+
+
+def remarks_on_units(stated: Mapping[str, Target]) -> list[str]:
+    """Remark on columns that are taken in another unit than their names say, without a factor between both.
+
+    Parameters
+    ----------
+    stated
+        What the user says of columns, as `parse_map` returns it.
+
+    Returns
+    -------
+    list of str
+        One a column.
+    """
+    remarks = []
+    for column, target in stated.items():
+        said = unit_in_brackets(column)
+        if said is None or target.factor != 1.0 or said[1:] == (unit_of_column(target.name), 1.0):
+            continue
+        remarks.append(
+            f"{column!r} is taken as {target.name} as it stands, though its name says {said[0]}: state the factor by "
+            f"--map '{column}={target.name}*FACTOR'"
+        )
+    return remarks
 
 
 def _target_of(name: str) -> Target | None:

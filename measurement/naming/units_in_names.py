@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from haptid.measurement.format.columns import JOINT, KNOWN
+from haptid.measurement.format.columns import JOINT, KNOWN, NUMBERED
 from haptid.measurement.naming.mapping import Target
 from haptid.support.errors import InputError
 
@@ -77,6 +77,8 @@ COMMANDS = frozenset({"command", "commanded", "cmd"})
 """Words that make a reference of a position; a torque that is commanded is the torque."""
 MEASURED = frozenset({"measured", "meas", "actual", "act", "feedback", "present", "istwert"})
 """Words that say that a column was measured."""
+IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]\s*$")
+"""A unit in brackets at the end of a name."""
 FILLERS = frozenset({"joint", "motor", "axis", "value", "wert"}) | MEASURED | COMMANDS
 """Words that change nothing of what a column holds."""
 MEASURED_IN: dict[str, str] = {"rad": "position", "rad_s": "velocity", "Nm": "torque", "A": "current"}
@@ -183,6 +185,46 @@ def in_counts(name: str) -> bool:
     """
     words = _words_of(name)
     return words is not None and words.quantity in IN_COUNTS and UNITS[words.unit][0] == COUNTS
+
+
+def unit_of_column(name: str) -> str:
+    """Return the unit of a column of the campaign format.
+
+    Parameters
+    ----------
+    name
+        Name as ``torque_0_Nm`` or ``time_s``.
+
+    Returns
+    -------
+    str
+        Unit as the name has it; empty for a pure number, as a duty.
+    """
+    parts = NUMBERED.split(name)
+    return parts[-1].lstrip("_") if len(parts) > 1 else name.rpartition("_")[2]
+
+
+def unit_in_brackets(name: str) -> tuple[str, str, float] | None:
+    """Read the unit that stands in brackets behind a name.
+
+    Parameters
+    ----------
+    name
+        Name of a column, as ``u (V)``.
+
+    Returns
+    -------
+    tuple or None
+        The unit as it is written, that of the campaign format, and how many of it one is; None without a known unit.
+    """
+    found = IN_BRACKETS.search(name)
+    if found is None:
+        return None
+    text = found[1]
+    for pattern, spelling in _SPELLINGS:
+        text = re.sub(pattern, spelling, text)
+    unit = _unit_of(text.strip())
+    return None if unit is None else (found[1].strip(), *UNITS[unit])
 
 
 def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], step: float | None) -> dict[str, Target]:

@@ -11,7 +11,7 @@ from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.localise import describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Finding
-from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.finding.gap import Gap, tell_share
 from haptid.discrepancy.fit.solution import SCATTER
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -208,7 +208,7 @@ def _in_words(finding: Finding) -> list[str]:
             "noise model: intervals and bands that leave the scatter out are too narrow.",
         ]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
-    closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
+    closed = "" if share is None else f", which closes {tell_share(share)} of the gap{beside}"
     what = "With the stand-in" if finding.judgement.is_stand_in else "With what was found"
     after = f"{what}, it misses them by {in_thousandths(gap.after, unit)}, {times(gap.after / gap.noise)} the noise"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
@@ -263,8 +263,7 @@ def _tell_merged_rows(finding: Finding) -> list[str]:
 
 
 def _gaps(finding: Finding) -> Table:
-    closed = {name: gap.closed_beside_scatter for name, gap in finding.gaps.items()}
-    shares = {name: "–" if share is None else f"{100 * share:.1f} %" for name, share in closed.items()}
+    shares = {name: tell_share(gap.closed_beside_scatter) for name, gap in finding.gaps.items()}
     shown, rows = gap_rows(finding.gaps, shares, "runs", unit_for("rad", _prismatic(finding)))
     unit = f"[{shown}]"
     with_what = " with the stand-in" if finding.judgement.is_stand_in else ""

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from haptid.discrepancy.finding.drawn import TorqueLeft
+from haptid.discrepancy.finding.gap import tell_share
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.measurement.values.run import Array
@@ -124,8 +125,7 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
 
 
 def _gaps(finding: TorqueFinding) -> Table:
-    closed = {name: gap.closed for name, gap in finding.gaps.items()}
-    shares = {name: "–" if share is None else f"{100 * share:.0f} %" for name, share in closed.items()}
+    shares = {name: tell_share(gap.closed, 0) for name, gap in finding.gaps.items()}
     shown, rows = gap_rows(finding.gaps, shares, "stretches", _unit(finding, "N m"), finding.largest_torque)
     unit = f"[{shown}]"
     header = ("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed")

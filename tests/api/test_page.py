@@ -179,6 +179,14 @@ def test_damaged_files_are_refused_in_one_line(page, missing: Missing, tmp_path:
         Missing.read(tmp_path, 7)
 
 
+@pytest.mark.parametrize(
+    ("read", "command"), [(Identified.read, "identify"), (Posteriors.read, "posterior"), (Missing.read, "missing")]
+)
+def test_a_folder_without_results_says_what_writes_them(tmp_path: Path, read, command: str):
+    with pytest.raises(InputError, match=rf"or haptid {command} --out wrote"):
+        read(tmp_path)
+
+
 @pytest.mark.long
 def test_exported_fmus_simulate_the_measured_motion(page, identified: Identified):
     run = next(run for run in identified.values.runs if run.use == "validate")

@@ -71,6 +71,6 @@ def word_misfit(fit: Fit) -> str:
         return ""
     left = plain(float(np.sqrt(fit.cost)), 2)
     return (
-        f"The model leaves {left} times the noise. Intervals say how well the data tell a value in this model; "
-        "what the model lacks may have moved values further. Look for it first: haptid missing."
+        f"The model leaves {left} times the noise over all fitted runs. Intervals say how well the data tell a value "
+        "in this model; what the model lacks may have moved values further. Look for it first: haptid missing."
     )

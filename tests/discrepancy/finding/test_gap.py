@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.finding.gap import Gap, tell_share
 
 
 @pytest.mark.parametrize(
@@ -16,3 +16,8 @@ def test_no_share_beside_the_scatter_is_above_one(beside: tuple[float, float] | 
     gap = Gap(before=3.0, after=2.0, noise=1.0, beside=beside)
     assert gap.closed_beside_scatter == (None if share is None else pytest.approx(share))
     assert {"floor", "black_box"} <= set(gap.as_json())
+
+
+@pytest.mark.parametrize(("share", "words"), [(None, "–"), (0.5, "50.0 %"), (1.12, "100.0 %"), (-0.2, "-20.0 %")])
+def test_no_more_than_all_of_a_gap_is_closed(share: float | None, words: str):
+    assert tell_share(share) == words

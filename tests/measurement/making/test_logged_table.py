@@ -109,3 +109,20 @@ def test_a_damaged_gzipped_table_is_said_to_be_damaged(tmp_path: Path):
     path.write_bytes(gzip.compress(b"# rig 3\ntime_s;torque_0_Nm\n" + b"0,1;2\n" * 4000)[:-20])
     with pytest.raises(InputError, match="a damaged archive"):
         read_logged_table(path)
+
+
+def test_quoted_decimal_commas_between_commas_are_read(tmp_path: Path):
+    quoted = "\n".join(",".join(f'"{x:.4f}"' for x in row).replace(".", "@") for row in ROWS).replace("@", ",")
+    (tmp_path / "a.csv").write_text(",".join(NAMES) + "\n" + quoted + "\n", encoding="utf-8")
+    table, told = read_logged_table(tmp_path / "a.csv")
+    assert told == "decimal commas"
+    np.testing.assert_allclose(np.stack([table.numbers(name) for name in NAMES], axis=1), ROWS, atol=1e-12)
+
+
+def test_quoted_commas_that_may_part_thousands_are_not_taken_for_decimal_ones(tmp_path: Path):
+    rows = "\n".join(f'"1,{k:03d}","2,{k:03d}"' for k in range(9))
+    (tmp_path / "a.csv").write_text("time_ms,torque_mNm\n" + rows + "\n", encoding="utf-8")
+    table, told = read_logged_table(tmp_path / "a.csv")
+    assert told == ""
+    with pytest.raises(InputError, match="a comma"):
+        table.numbers("torque_mNm")

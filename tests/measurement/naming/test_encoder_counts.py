@@ -48,6 +48,11 @@ def test_counts_of_a_turn_are_read(line: str):
         ("# 1024 x 4 counts/rev", 4096),
         ("encoder 1024 cycles per revolution, x1", 1024),
         ("counts per turn: 4096 (1024 lines x4)", 4096),
+        ("# encoder: 1,024 lines, quadrature x4", 4096),
+        ("# encoder: 1024 lines, quadrature: off", 1024),
+        ("encoder 1024 PPR, no quadrature", 1024),
+        ("# absolute encoder: 12 bit", 4096),
+        ("# encoder resolution 14-bit", 16384),
     ],
 )
 def test_lines_of_an_encoder_times_what_each_makes(line: str, number: int):
@@ -71,7 +76,8 @@ def test_what_may_be_several_numbers_is_open(line: str, counts: tuple[int, ...])
 
 
 @pytest.mark.parametrize(
-    "line", ["# 3000 lines x4", "# 10 cycles at 4x speed", "1,024 CPR x4", "# 1024.5 PPR x4", "x4"]
+    "line",
+    ["# 3000 lines x4", "# 10 cycles at 4x speed", "12 bit ADC", "encoder 1.024 CPR x4", "# 1024.5 PPR x4", "x4"],
 )
 def test_lines_that_are_none_of_an_encoder_say_nothing(line: str):
     assert counts_in_line(line) is None

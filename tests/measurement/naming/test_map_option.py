@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from haptid.measurement.naming.map_option import parse_map
+from haptid.measurement.naming.map_option import parse_map, remarks_on_units
 from haptid.measurement.naming.mapping import Target
 from haptid.support.errors import InputError
 
@@ -30,3 +30,20 @@ def test_a_name_may_have_another_unit_than_the_format(entry: str, name: str, fac
 def test_a_name_without_a_known_unit_is_refused(entry: str):
     with pytest.raises(InputError, match="--map: expected COLUMN=NAME"):
         parse_map((entry,))
+
+
+@pytest.mark.parametrize(
+    "entry",
+    ["u (V)=voltage_0_V", "u (V)=torque_0_Nm*0.05", "angle (deg)=position_0_deg", "u=torque_0_Nm", "w (x)=supply_V"],
+)
+def test_a_unit_that_agrees_or_has_a_factor_is_taken_without_a_word(entry: str):
+    assert remarks_on_units(parse_map((entry,))) == []
+
+
+@pytest.mark.parametrize(
+    ("entry", "unit"),
+    [("u (V)=torque_0_Nm", "V"), ("angle (deg)=position_0_rad", "deg"), ("I [mA]=current_0_A", "mA")],
+)
+def test_another_unit_without_a_factor_is_remarked_on(entry: str, unit: str):
+    (remark,) = remarks_on_units(parse_map((entry,)))
+    assert f"its name says {unit}: state the factor" in remark
