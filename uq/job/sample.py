@@ -152,8 +152,9 @@ class _Stages:
     number: int
     count: int
 
-    def tell(self, stage: str, share: float, figures: str) -> None:
+    def tell(self, stage: str, share: float | None, figures: str) -> None:
         begin, end = SHARES[stage]
-        done = self.number + begin + share * (end - begin)
+        done = self.number + begin + (share or 0.0) * (end - begin)
         title = f"joint {self.joint} ({self.number + 1} of {self.count}): {stage}"
-        self.listener.progress(title, done, self.count, figures)
+        # Without a share no end is foretold: the time left would only grow.
+        self.listener.progress(title, done, None if share is None else self.count, figures)

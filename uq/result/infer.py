@@ -38,11 +38,11 @@ from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
 from haptid.uq.thresholds import THRESHOLDS
 
-TellStage = Callable[[str, float, str], None]
-"""Function that is told the name of a step, the share of it that is done, and figures."""
+TellStage = Callable[[str, float | None, str], None]
+"""Function that is told the name of a step, the share of it that is done (None where nobody knows it), and figures."""
 
 
-def _tell_nobody(stage: str, share: float, figures: str) -> None:
+def _tell_nobody(stage: str, share: float | None, figures: str) -> None:
     """Take how far an inference is, and do nothing."""
 
 
@@ -172,7 +172,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     folder
         Folder in which the choice of the noise model and chains are kept, so that a killed command can continue.
     tell
-        Told the name of the step, the share of it that is done, and figures.
+        Told the name of the step, the share of it that is done, None where nobody knows it, and figures.
     forward
         Simulation of many parameter sets by the same equations as ``simulator``, which the sampler runs; the compiled
         kernel with the longest inner step that suffices where None.
@@ -191,11 +191,11 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         Where the posterior has no finite density at the fit, or hardly any near it.
     """
     begun = time.perf_counter()
-    tell("noise model", 0.0, "")
+    tell("noise model", None, "")
 
     def tell_candidate(figures: str) -> None:
         # How many inner steps will be tried nobody knows, so that no share is told.
-        tell("noise model", 0.0, figures)
+        tell("noise model", None, figures)
 
     problem = Problem(
         simulator=simulator,
