@@ -231,7 +231,7 @@ def imports_of(module: Module, known: set[str]) -> set[str]:
     found: set[str] = set()
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Import):
-            names = [(alias.name, None) for alias in node.names]
+            names: list[tuple[str, str | None]] = [(alias.name, None) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = module.name.split(".")[: -node.level] if node.level else []
             origin = ".".join([*base, *([node.module] if node.module else [])])

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -18,7 +19,7 @@ import click
 from haptid.support.installing.environment import ROOT
 
 
-def timed(command: list[str | Path], folder: Path, cache: Path) -> tuple[float, float]:
+def timed(command: Sequence[str | Path], folder: Path, cache: Path) -> tuple[float, float]:
     """Run a command; return wall seconds and the peak memory of its largest process [MB]."""
     environment = {**os.environ, "HAPTID_CACHE": str(cache)}
     start = time.perf_counter()
@@ -48,10 +49,10 @@ def main(*, install: bool) -> None:
             subprocess.run([sys.executable, "-m", "venv", base / "python"], check=True)
             row("installation", *timed([python, "support/bootstrap.py", "-m", "this"], project, base / "cache"))
         out = base / "artifacts"
-        fmus = [python, "-m", "fmu_build.run", "--quiet", "--out", out]
+        fmus: list[str | Path] = [python, "-m", "fmu_build.run", "--quiet", "--out", out]
         row("derivation and FMUs, cold", *timed(fmus, project, base / "cache"))
         row("derivation and FMUs, cached", *timed(fmus, project, base / "cache"))
-        fits = [python, "-m", "identification.run", "--quiet", "--out", out]
+        fits: list[str | Path] = [python, "-m", "identification.run", "--quiet", "--out", out]
         wall, peak = timed(fits, project, base / "cache")
         made = json.loads((out / "identification.json").read_text(encoding="utf-8"))["configurations"]
         for one in made:

@@ -31,7 +31,7 @@ def drawn(device: Device, rng: np.random.Generator) -> Array:
             standard[i + 7 : i + 10] = 0.05 * standard[i + 4 : i + 7].min() * rng.uniform(-1, 1, 3)
             standard[i + 1 : i + 4] += 0.003 * rng.uniform(-1, 1, 3)
         pi = to_pi(device, standard)
-        if all(np.linalg.eigvalsh(pseudo_inertia(pi[i : i + 10]))[0] > 0 for i in range(0, 10 * n, 10)):
+        if all(np.linalg.eigvalsh(pseudo_inertia(list(pi[i : i + 10])))[0] > 0 for i in range(0, 10 * n, 10)):
             return pi
 
 

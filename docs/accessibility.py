@@ -10,14 +10,15 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import click
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 WIDTHS = (1280, 390)
 """Widths of a screen and of a phone [px]."""
-SCHEMES = ("light", "dark")
+Scheme = Literal["light", "dark"]
+SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
 HEIGHT = 900
 """Height of both [px]; axe looks at the whole page."""
 
@@ -41,7 +42,7 @@ class Violation(NamedTuple):
 
     page: str
     width: int
-    scheme: str
+    scheme: Scheme
     rule: str
     nodes: int
     example: str
@@ -53,7 +54,7 @@ def find_browser() -> str | None:
 
 
 def examine_pages(
-    pages: Sequence[Path], views: Sequence[tuple[int, str]], browser: str | None = None
+    pages: Sequence[Path], views: Sequence[tuple[int, Scheme]], browser: str | None = None
 ) -> Iterator[list[Violation]]:
     """Open pages in a browser and let axe-core examine them.
 

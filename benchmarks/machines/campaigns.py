@@ -50,7 +50,7 @@ def write_xl330(source: Path, out: Path) -> None:
         "temperature_C": "temperature_0_C",
         "torque_enabled": "enabled_0",
     }
-    lines = []
+    lines: list[str] = []
     for file in files:
         table = pd.read_csv(source / file).rename(columns=names)
         gain = XL330_DUTY_PER_RAD * int(file.removeprefix("kp").partition("_")[0])

@@ -65,7 +65,7 @@ def radau(p: dict[str, float], t: np.ndarray, u: np.ndarray) -> np.ndarray:
 def agreement(folder: Path) -> None:
     """Largest differences over random points."""
     e = configuration_equations(DEVICE, [4])
-    kernel, rng, t = CompiledKernel.of(e), np.random.default_rng(0), 5e-3 * np.arange(401)
+    kernel, rng, t = CompiledKernel.of(e), np.random.default_rng(0), 5e-3 * np.arange(401, dtype=float)
     u = 5e-3 * np.cos(2 * t)
     slaves = {
         kind: FmuSlave(build_fmu(e, folder / f"a_{kind}.fmu", kind=kind, platforms=this_platform()).path)

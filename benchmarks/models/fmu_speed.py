@@ -12,6 +12,7 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ ROWS, STEP, REPEATS, AIM = 20_000, 5e-4, 9, 0.85
 MANY_REPEATS = 50
 OUT = Path(__file__).parents[2] / "docs" / "results" / "fmu_speed.json"
 DEVICE = load_device("freedom6s")
-T = STEP * np.arange(ROWS)
+T = STEP * np.arange(ROWS, dtype=float)
 U = 5e-3 * np.cos(2 * T)[:, None]
 
 
@@ -110,7 +111,7 @@ def joint(folder: Path) -> dict[str, object]:
         MANY_REPEATS,
     )
     ns = {name: min(t) for name, t in times.items()}
-    ns |= medians({f"fmpy.simulate_fmu, {kind}": lambda kind=kind: fmpy_run(kind) for kind in slaves}, ROWS, 3)
+    ns |= medians({f"fmpy.simulate_fmu, {kind}": partial(fmpy_run, kind) for kind in slaves}, ROWS, 3)
     for name, value in ns.items():
         print(f"  {name:50s}{value:10.0f} ns/step")
     native, hand_ns = ns["native FMU, compiled loop"], ns["hand-written C loop"]
@@ -131,10 +132,10 @@ def joint(folder: Path) -> dict[str, object]:
 def identification() -> None:
     """Time what a fit sees: trajectories of a run of 16 s with 5 ms rows."""
     e = configuration_equations(DEVICE, [4])
-    t = 5e-3 * np.arange(3201)
+    t = 5e-3 * np.arange(3201, dtype=float)
     run = Run(
-        file="run", free_joints=(4,), t=t, u=5e-3 * np.cos(2 * t)[:, None], y=0.1 * np.sin(t)[:, None], noise=[2e-4],
-        resolution=[0.0], posture=[], use="fit",
+        file="run", free_joints=(4,), t=t, u=5e-3 * np.cos(2 * t)[:, None], y=0.1 * np.sin(t)[:, None],
+        noise=np.array([2e-4]), resolution=np.zeros(1), posture=np.zeros(6), use="fit",
     )  # fmt: skip
     theta, inner = np.array([q.initial for q in e.parameters]), 10 * t.size
     kernel = KernelSimulator.of(e)
@@ -144,8 +145,8 @@ def identification() -> None:
     }
     for kind in ("native", "python"):
         fmu = FmuSimulator.of(identification_fmu(e, kind=kind), e)
-        calls[f"{kind} FMU"] = lambda fmu=fmu: fmu.simulate(theta, run)
-        calls[f"{kind} FMU, sensitivities"] = lambda fmu=fmu: fmu.simulate(theta, run, sensitivities=True)
+        calls[f"{kind} FMU"] = partial(fmu.simulate, theta, run)
+        calls[f"{kind} FMU, sensitivities"] = partial(fmu.simulate, theta, run, sensitivities=True)
     ns = medians(calls, inner)
     for name, value in ns.items():
         print(f"  {name:50s}{value * inner / 1e6:10.2f} ms/run")
@@ -164,7 +165,7 @@ def whole_device(folder: Path) -> None:
     rows = 4000
     u = np.zeros((rows, len(e.inputs)))
     u[:, :6] = 1e-2 * np.cos(2 * T[:rows])[:, None]
-    calls = {}
+    calls: dict[str, Callable[[], object]] = {}
     for kind in ("native", "python"):
         slave = FmuSlave(build_fmu(e, folder / f"whole_{kind}.fmu", kind=kind, platforms=this_platform()).path)
         inputs = [slave.references[f"joint{j}.torque"] for j in range(6)]

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
@@ -25,7 +26,7 @@ def drawn(joint: int, n: int, rng: np.random.Generator, ids: list[str]) -> np.nd
     values = {"inertia": inertia * 10 ** rng.uniform(-0.7, 0.7, n)}
     for name, guess in device.joints[joint].parameters.items():
         low, high = (guess.initial, guess.initial) if guess.fixed else (guess.lower, guess.upper)
-        values[name] = np.exp(rng.uniform(*np.log([low, high]), n)) if low > 0 else rng.uniform(low, high, n)
+        values[name] = np.exp(rng.uniform(math.log(low), math.log(high), n)) if low > 0 else rng.uniform(low, high, n)
     values["Fc"], values["Fs"] = np.sort([values["Fc"], values["Fs"]], axis=0)
     gravity = 0.2 * device.joints[joint].torque_limit
     return np.column_stack([values.get(i, rng.uniform(-gravity, gravity, n)) for i in ids])

@@ -21,6 +21,7 @@ from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import with_folder
 from haptid.support.files.files import write_json, write_text
+from haptid.support.listener import ignore_progress
 from studies.hidden.run import make_cases
 from studies.ledger.version import origin_of, tell_origin
 
@@ -44,7 +45,7 @@ def searched(campaign: Path, effects: dict[str, Effect], out: Path) -> tuple[Fin
     for _ in range(2):
         began = time.process_time()
         found = find(
-            study_of(read, read.joints[0], effects), out, kind="native", seed=0, starts=8, tell=lambda _text: None
+            study_of(read, read.joints[0], effects), out, kind="native", seed=0, starts=8, tell=ignore_progress
         )
         spent = time.process_time() - began
     return found, spent

@@ -22,6 +22,7 @@ from benchmarks.simulators import page, whole
 from benchmarks.simulators.drivers import CLIENTS, Client
 from haptid.fmu_build.building.packaging import Kind, build_fmu
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.equations.equations import Equations
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.support.files.files import write_json
 from haptid.support.terminal import Count
@@ -45,8 +46,10 @@ ABSENT = {
 def build(folder: Path) -> dict[tuple[str, Kind], Path]:
     """Build the FMUs of all configurations in all packagings; the whole device at its identified values."""
     sets = [*((j,) for j in range(len(whole.device().joints))), (0, 1)]
-    wanted = [(configuration_equations(whole.device(), free), None) for free in sets]
-    wanted.append((whole.equations(), whole.values()))
+    wanted: list[tuple[Equations, dict[str, float] | None]] = [
+        *((configuration_equations(whole.device(), free), None) for free in sets),
+        (whole.equations(), whole.values()),
+    ]
     fmus = {}
     for equations, values in Count(wanted, title="FMUs"):
         for kind in KINDS:

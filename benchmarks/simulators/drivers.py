@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from zipfile import ZipFile
 
 import fmpy
@@ -167,7 +168,7 @@ def by_libcosim(archive: Path, drive: Drive) -> Array:
     return np.array(rows)
 
 
-def _ecospy():  # noqa: ANN202 # ecospy is untyped
+def _ecospy() -> Any:
     """Import ecospy after the library that it needs and does not bring along."""
     for entry in importlib.metadata.files("tbb") or []:
         if entry.name == "libtbb.so.12":

@@ -30,7 +30,7 @@ from pythonfmu import FmuBuilder
 
 from benchmarks.peers.environments import MODESTPY, Environment, NotInstalled
 from benchmarks.simulators import page
-from haptid.identification.run import main as identify
+from haptid.identification.commands import identify
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT
 from haptid.support.terminal import Count

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from haptid.fmu_build.multibody.bodies import Multibody
+from haptid.fmu_build.multibody.bodies import Hinge, Multibody
 from haptid.fmu_build.multibody.mjcf import name_of_sum
 from haptid.model.algebra.numeric_coordinates import Numbers
 from haptid.model.device.device import Device
@@ -55,7 +55,7 @@ def own_terms(device: Device, machine: Multibody, q: Array, v: Array) -> tuple[A
 
 def spread_of(machine: Multibody, names: Sequence[str]) -> Array:
     """Return S with (coordinates of all hinges) = S·q, shape (n_hinges, n_q)."""
-    moved = {hinge.name: (hinge,) for body in machine.bodies for hinge in body.hinges}
+    moved: dict[str, tuple[Hinge, ...]] = {hinge.name: (hinge,) for body in machine.bodies for hinge in body.hinges}
     moved |= {name_of_sum(body): body.hinges for body in machine.bodies}
     S = np.zeros((len(names), len(machine.axes)))
     for row, name in enumerate(names):

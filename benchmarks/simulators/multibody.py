@@ -82,7 +82,8 @@ def of_fmu(values: Mapping[str, float], run: Run, folder: Path) -> tuple[Array, 
     made = replace(known, parameters=parameters)
     start = {f"q{j}": float(run.y[0, j]) for j in range(run.y.shape[1])}
     fmu = build_fmu(made, folder / "device.fmu", kind="native", values=start, platforms=this_platform())
-    names = {part.id: structured_name(made, part.id, part.structured) for part in (*made.inputs, *made.outputs)}
+    names = {part.id: structured_name(made, part.id, part.structured) for part in made.inputs}
+    names |= {part.id: structured_name(made, part.id, part.structured) for part in made.outputs}
     signals = np.zeros(run.t.size, dtype=[("time", "f8"), *((names[part.id], "f8") for part in made.inputs)])
     signals["time"] = run.t
     for j in run.free_joints:

@@ -60,6 +60,11 @@ def acceleration(q: Array, v: Array, torque: Array, free: list[int]) -> Array:
     return found
 
 
+def _cosines(sizes: Array, speeds: Array) -> Callable[[float], Array]:
+    """Return the torque of each joint [N m] over time [s]."""
+    return lambda now: sizes * np.cos(speeds * now)
+
+
 def simulate(torque: Callable[[float], Array], free: list[int]) -> tuple[Array, Array, Array]:
     """Simulate a run from rest: time [s] (n_t,), torques [N m] and positions [rad] (n_t, 2)."""
     step = 1.0 / (RATE_HZ * SUBSTEPS)
@@ -94,7 +99,7 @@ def write_tables(folder: Path, seed: int = 3) -> None:
     header = "time_ms,torque_0_Nmm,torque_1_Nmm,position_0_deg,position_1_deg"
     for name, drives in RUNS.items():
         sizes, speeds = np.array(drives).T
-        t, u, y = simulate(lambda now, A=sizes, w=speeds: A * np.cos(w * now), list(np.flatnonzero(sizes)))
+        t, u, y = simulate(_cosines(sizes, speeds), list(np.flatnonzero(sizes)))
         read = np.degrees(y + NOISE_RAD * rng.standard_normal(y.shape))
         rows = np.column_stack((1e3 * t, 1e3 * u, read))
         formats = ["%.1f", "%.3f", "%.3f", "%.5f", "%.5f"]

@@ -17,6 +17,8 @@ from benchmarks.peers import table as time_to_truth
 from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import draw_growth, text_table, workers_in_words
 from benchmarks.performance.page import page_of as performance_page
+from benchmarks.posteriors import effective_samples, scatter_recovery
+from benchmarks.search import lookalikes
 from benchmarks.simulators import page as simulators
 from docs.accessibility import find_browser
 from docs.parts.tables import with_parts
@@ -35,18 +37,21 @@ def page_of_time_to_truth(stored: dict[str, Any]) -> str:
 
 WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "calibration": calibration.page,
+    "effective_samples": effective_samples.page,
     "fuzzing": fuzzing.page,
     "house": house_page,
     "identification_devices": identification_devices.page,
     "identification_machines": identification_devices.page,
+    "lookalikes": lookalikes.page,
     "performance": performance_page,
     "real_machines": machines_page,
     "same_results": same_results.page_of,
+    "scatter_recovery": scatter_recovery.page,
     "thresholds": thresholds.page,
     "time_to_truth": page_of_time_to_truth,
     "whole_model": whole_model.page,
 }
-TYPED = ("change_exercises", "coupled_missing", "lookalikes", "posterior_sampling", "search_growth")
+TYPED = ("change_exercises", "coupled_missing", "search_growth")
 """Pages whose numbers no file holds."""
 
 
