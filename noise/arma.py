@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from scipy.optimize import minimize
@@ -34,6 +35,8 @@ LEAST_CURVATURE_RATIO = 1e-10
 """Ratio of the smallest to the largest curvature of a likelihood below which it has no clear maximum."""
 LEAST_NORM_OF_NEW_COLUMN = 1e-6
 """Smallest norm of a unit column's part outside the columns before it from which the column counts as independent."""
+STARTS = 2
+"""Number of points of a grid from which a likelihood is maximised."""
 LINES_OF_BAND = 60
 """Lines of all runs whose mean power tells whether a filter has removed the noise: of noise it varies by 0.13."""
 LEAST_SPECTRUM = float(np.exp(1.0 - THRESHOLDS.largest_periodogram_over_spectrum))
@@ -128,13 +131,13 @@ def _line(omega: float, t: Array) -> Array:
     return np.column_stack((wave, (t / t[-1] - 0.5)[:, None] * wave))
 
 
-def _spectrum(angle: Array, p: Array) -> Array:
+def _spectrum(cosine: Array, p: Array) -> Array:
     """Return the spectrum of white noise of variance e^p0 plus AR(1) of variance e^p1 and pole φ = 1/(1 + e^−p2).
 
-    S(ω) = e^p0 + e^p1·(1 − φ²)/(1 + φ² − 2·φ·cos ω), with ω in ``angle`` [rad per row], shape (n_f,).
+    S(ω) = e^p0 + e^p1·(1 − φ²)/(1 + φ² − 2·φ·cos ω), with cos ω in ``cosine``, shape (n_f,), ω in rad per row.
     """
     phi = 1.0 / (1.0 + np.exp(-p[2]))
-    return np.asarray(np.exp(p[0]) + np.exp(p[1]) * (1 - phi**2) / (1 + phi**2 - 2 * phi * np.cos(angle)))
+    return np.asarray(np.exp(p[0]) + np.exp(p[1]) * (1 - phi**2) / (1 + phi**2 - 2 * phi * cosine))
 
 
 def estimate_arma(residuals: list[Array], runs: tuple[Run, ...]) -> Arma:
@@ -194,25 +197,42 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
     angle = np.concatenate([angle[left > least] for angle, _, left in each])
     power = np.concatenate([(power / np.maximum(left, least))[left > least] for _, power, left in each])
     below = angle < _end_of_band(angle, power)
-    angle, power = angle[below], power[below]
-    slowest = float(np.log(THRESHOLDS.longest_correlation_time_s / spacing))
+    found = _fit_lines(angle[below], power[below], spacing)
+    if not below.all() and float(np.mean(power[~below] / found.gain(angle[~below]) ** 2)) > 1.0:
+        # No filter emptied that band: it holds more than what the lines below it let expect, the white part of a noise
+        # that is mostly slow.
+        return _fit_lines(angle, power, spacing)
+    return found
+
+
+def _fit_lines(angle: Array, power: Array, spacing: float) -> Arma:
+    """Fit white noise plus AR(1) to lines of frequency ``angle`` [rad per row] and of ``power``, both (n_f,)."""
+    cosine, slowest = np.cos(angle), float(np.log(THRESHOLDS.longest_correlation_time_s / spacing))
+    highest = THRESHOLDS.largest_periodogram_over_spectrum
 
     def deviance(p: Array) -> float:
         if not -2.0 <= p[2] <= slowest:  # the correlation time of a slow process is about e^p2 rows
             return float("inf")
-        S = _spectrum(angle, p)
+        S = _spectrum(cosine, p)
         if S.max() < LEAST_SPECTRUM:
             return float("inf")
-        return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, THRESHOLDS.largest_periodogram_over_spectrum)))
+        return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, highest)))
 
     white = deviance(np.array([0.0, -40.0, 0.0]))  # the stated noise: e⁻⁴⁰ is no correlated part
-    # Nelder–Mead finds the nearest maximum only: one start has short and strong correlation, the other long and weak.
+
+    def explains(p: Array) -> bool:
+        """Say whether lines are about as high as the spectrum, of which the best scale makes their mean ratio 1."""
+        ratio = float(np.mean(np.minimum(power / _spectrum(cosine, p), highest)))
+        return 0.5 < ratio < 0.5 * highest
+
+    # Nelder–Mead finds the nearest maximum only, and what a wrong model leaves has several.
+    grid = product(np.linspace(-4.0, 1.0, 6), np.linspace(-3.0, 3.0, 5), np.linspace(-1.0, slowest - 0.1, 6))
+    starts = sorted((p for p in map(np.array, grid) if explains(p)), key=deviance)[:STARTS]
     tried = [
         minimize(deviance, start, method="Nelder-Mead", options={"maxiter": 600, "xatol": 1e-4, "fatol": 1e-3})
-        for start in (np.array([0.0, -1.0, 2.0]), np.array([0.0, -3.0, 4.0]))
+        for start in starts
     ]
-    # A fit that came to rest at the bound on the spectrum's power explains no line.
-    real = [found for found in tried if _spectrum(angle, found.x).max() > 2.0 * LEAST_SPECTRUM]
+    real = [found for found in tried if explains(found.x)]
     best = min(real, key=lambda found: float(found.fun), default=None)
     if best is None or white - float(best.fun) < THRESHOLDS.least_twice_gain_of_correlation:
         return Arma()
@@ -253,8 +273,8 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
     curvatures = np.linalg.eigvalsh(H)
     if curvatures[0] <= LEAST_CURVATURE_RATIO * curvatures[-1]:
         return THRESHOLDS.least_freedom_of_spectrum
-    base = np.log(_spectrum(np.zeros(1), p)[0])
-    slope = np.array([np.log(_spectrum(np.zeros(1), p + 1e-4 * e)[0]) - base for e in np.eye(n)]) / 1e-4
+    base = np.log(_spectrum(np.ones(1), p)[0])
+    slope = np.array([np.log(_spectrum(np.ones(1), p + 1e-4 * e)[0]) - base for e in np.eye(n)]) / 1e-4
     variance = float(slope @ np.linalg.solve(H, slope))
     return max(2.0 / variance, THRESHOLDS.least_freedom_of_spectrum)
 
