@@ -18,7 +18,7 @@ from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import draw_growth, text_table, workers_in_words
 from benchmarks.performance.page import page_of as performance_page
 from benchmarks.posteriors import effective_samples, scatter_recovery
-from benchmarks.search import lookalikes
+from benchmarks.search import coupled_missing, lookalikes
 from benchmarks.simulators import page as simulators
 from docs.accessibility import find_browser
 from docs.parts.tables import with_parts
@@ -37,6 +37,7 @@ def page_of_time_to_truth(stored: dict[str, Any]) -> str:
 
 WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "calibration": calibration.page,
+    "coupled_missing": coupled_missing.page,
     "effective_samples": effective_samples.page,
     "fuzzing": fuzzing.page,
     "house": house_page,
@@ -51,7 +52,7 @@ WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "time_to_truth": page_of_time_to_truth,
     "whole_model": whole_model.page,
 }
-TYPED = ("change_exercises", "coupled_missing", "search_growth")
+TYPED = ("change_exercises", "search_growth")
 """Pages whose numbers no file holds."""
 
 

@@ -100,7 +100,8 @@ def lead_on(
 
     Notes
     -----
-    1. Fit the best single effect and, where it leaves more than noise, the nominal model under every other law.
+    1. Fit the best single effect and, where it leaves more than noise under the observer or released, the nominal model
+       under every other law: what another law makes, an effect may follow from row to row, and miss the free motion.
     2. Where a law leaves far less than that effect, go on under it. Otherwise take the effect, and where it leaves more
        than noise, fit it beside every other law. Choose further effects where none leaves far less.
     3. Where these leave more than noise, fit all of them beside every other law. Go on under the
@@ -113,7 +114,7 @@ def lead_on(
         return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, None, is_enough)))
     extended = extend_lead(s, at, at.start)
     single = min([at.start, *extended], key=lambda found: found.cost)
-    if not single.is_far(rows):
+    if not single.is_far(rows) and (single is at.start or is_enough(single)):
         return Led(law=None, at=at, leads=_worth_releasing(follow_leads(s, at, at.start, extended, is_enough)))
     others = [_under(s, at, white, law) for law in laws() if law != at.study.base.friction[0]]
     best = min(others, key=lambda other: other.at.start.cost)

@@ -199,3 +199,24 @@ def test_a_law_competes_with_the_second_effect(
     at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS), start=None)
     others: Any = [_Law(beside + ROWS, end + ROWS)]
     assert laws._effects_first(TOLD, at, [], others, lambda _: False).law == law
+
+
+@pytest.mark.parametrize(("enough", "law"), [(True, None), (False, "maxwell_slip")])
+def test_a_law_is_compared_where_an_effect_follows_it_under_the_observer_alone(
+    enough: bool, law: str | None, monkeypatch: pytest.MonkeyPatch
+):
+    """A hysteresis left 1.1 times the noise under the observer, and six times of the free motion."""
+    single, start = _Left(1.2 * ROWS, "cable_hysteresis"), _Left(100 * ROWS)
+    monkeypatch.setattr(laws, "extend_lead", lambda *_: [single])
+    monkeypatch.setattr(laws, "follow_leads", lambda *_: [[single]])
+
+    def under(_s: Any, _at: Any, _white: Any, other: str) -> Any:
+        left = _Left(1.01 * ROWS if other == "maxwell_slip" else 50 * ROWS)
+        there = SimpleNamespace(start=left)
+        return SimpleNamespace(at=there, led=lambda _: Led(law=other, at=there, leads=()))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(laws, "_under", under)
+    base = SimpleNamespace(friction=("lugre",))
+    at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS, alone=True, base=base), start=start)
+    white: Any = None
+    assert lead_on(TOLD, at, white, lambda _: enough).law == law
