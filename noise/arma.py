@@ -5,8 +5,8 @@ between the harmonics. The estimate takes four steps:
 
 1. Regress the harmonics of the drive, their drift, and each cycle's mean and amplitude out of the residual.
 2. Take the periodogram of the rest, and divide each frequency by the share that the regression did not remove.
-3. Fit white noise plus a first-order autoregressive process by Whittle's likelihood (Whittle 1953); keep the fit only
-   where its log-likelihood is clearly above that of white noise.
+3. Fit white noise plus a first-order autoregressive process by Whittle's likelihood (Whittle 1953), without a band that
+   a filter has emptied; keep the fit only where its log-likelihood is clearly above that of white noise.
 4. Regress out a spectral line that stands far above the fitted spectrum, and repeat from step 1: otherwise an
    autoregressive process would explain the line's skirts as slow correlation.
 

@@ -62,15 +62,19 @@ DISCREPANCY = of(
         "{times(gap.after / gap.noise)} the noise",
         "{times(gap.before / gap.noise)} the noise",
     ),
-    ("closes 100 − X in words", "which closes {100 * share:.1f}", "which closes {100 - 100 * share:.1f}"),
+    ("closes 100 − X in words", "which closes {tell_share(share)}", "which closes {tell_share(1.0 - share)}"),
     ("the fitted runs for the unseen", 'in ("sealed", "validate", "fit") if', 'in ("fit", "validate", "sealed") if'),
     (
         "before and after swapped in the table",
         "in (gap.before, gap.after, gap.noise)]",
         "in (gap.after, gap.before, gap.noise)]",
     ),
-    ("closes 100 − X in the table", '{100 * share:.1f} %" for name', '{100 - 100 * share:.1f} %" for name'),
-    ("no scatter beside the gap", "name: gap.closed_beside_scatter for name", "name: gap.closed for name"),
+    (
+        "closes 100 − X in the table",
+        "(gap.closed_beside_scatter) for",
+        "(1.0 - (gap.closed_beside_scatter or 0.0)) for",
+    ),
+    ("no scatter beside the gap", "name: tell_share(gap.closed_beside_scatter)", "name: tell_share(gap.closed)"),
     ("rad for mrad", "plain(factor * rms, 3)", "plain(rms, 3)"),
     (
         "worst for best among the models",
@@ -111,7 +115,7 @@ MOTION_PICTURES = of(
 TORQUE = of(
     "discrepancy/torque_gap_page.py",
     "discrepancy/test_gap_pages.py",
-    ("closes 100 − X", "{100 * share:.0f}", "{100 - 100 * share:.0f}"),
+    ("closes 100 − X", "tell_share(gap.closed, 0)", "tell_share(1.0 - (gap.closed or 0.0), 0)"),
     ("a tenth of the standard deviation", "model.std[quantity.id])", "model.std[quantity.id] / 10)"),
     (
         "effects swapped",
