@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from haptid.api.arguments import HoldsCampaign, check_choice, errors_name_arguments, joints_of, listener_of, only_one
 from haptid.api.identified_tables import named_entries, table_estimates, table_links, table_outcomes, table_runs
-from haptid.api.place import Place, lock_place, made_by, require_result
+from haptid.api.place import Place, lock_place, require_result, word_origin
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.identification_json import read_identification
@@ -93,7 +93,7 @@ class Identified:
             Where the file is at fault, or another campaign or another version of haptid was fitted.
         """
         source = Path(folder) / FILE
-        require_result(source, "an identification.json", made_by("identify", "identify"))
+        require_result(source, "an identification.json", word_origin("identify", "identify"))
         data = read_identification(source)
         place = Place.existing(folder)
         if campaign is None:

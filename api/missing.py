@@ -13,7 +13,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
-from haptid.api.place import Place, lock_place, made_by
+from haptid.api.place import Place, lock_place, word_origin
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
 from haptid.discrepancy.finding.finding import Curve, Finding
@@ -435,7 +435,7 @@ def _file_of(folder: Path, joint: int | Sequence[int] | None) -> Path:
     if name not in found:
         told = ", ".join(found) or "none"
         where, got = str(folder / FOLDER), "several" if len(found) > 1 and joint is None else name or "none"
-        todo = "--joint chooses one" if found else made_by("find_missing", "missing")
+        todo = "--joint chooses one" if found else word_origin("find_missing", "missing")
         raise InputError(where, expected=f"a finding, one of {told}", got=got, todo=todo)
     return found[name]
 

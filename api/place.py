@@ -102,7 +102,7 @@ class Place:
         return place
 
 
-def made_by(call: str, command: str) -> str:
+def word_origin(call: str, command: str) -> str:
     """Tell how the files of a result come about, to one who reads a folder that has none.
 
     Parameters
@@ -130,7 +130,7 @@ def require_result(source: Path, wanted: str, made: str) -> None:
     wanted
         Kind of file, in words.
     made
-        How the file comes about, as `made_by` says.
+        How the file comes about, as `word_origin` says.
 
     Raises
     ------

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
-from haptid.api.place import Place, lock_place, made_by, require_result
+from haptid.api.place import Place, lock_place, require_result, word_origin
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
 from haptid.fmu_build.building.packaging import Kind
@@ -94,7 +94,7 @@ class Posteriors:
             Where the file is at fault, or holds the posterior of an FMU that has no joints.
         """
         source = Path(folder) / POSTERIOR
-        require_result(source, "a posterior.json", made_by("posterior", "posterior"))
+        require_result(source, "a posterior.json", word_origin("posterior", "posterior"))
         data = read_json(source, "a posterior.json", ("haptid.uq.result", "posterior.schema.json"))
         place, none = Place.existing(folder), Verification(runs=())
         return cls(posteriors=(), full=none, data=data, place=place, values=None, made_by="")

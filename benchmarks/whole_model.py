@@ -28,11 +28,11 @@ from haptid.identification.problem.options import FitOptions
 from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
 from haptid.measurement.values.postures import locked_posture
 from haptid.report.identification.campaign_comparison import STORED, worst_by_joint
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 from haptid.support.terminal import Count
 from haptid.virtual_device.make_campaign import PLAN
 from haptid.virtual_device.make_campaign import main as make_campaign
-from studies.ledger.version import origin_of, tell_origin
+from studies.ledger.version import origin_of, store, tell_origin
 
 OUT = Path(__file__).parent.parent / "docs" / "results" / "whole_model.json"
 MACHINES = ((0.0, 1), (0.3, 7), (0.3, 8))
@@ -182,10 +182,9 @@ def main(machines: int, workers: int) -> None:
         **origin_of(" ".join(["python -m benchmarks.whole_model", *sys.argv[1:]])),
         "machines": [*made, *stored[machines:]],
     }
-    write_json(OUT, kept)
-    write_text(OUT.with_suffix(".md"), page(kept))
+    text = store(OUT, kept, page)
     write_json(STORED, extract(kept))
-    click.echo(page(kept))
+    click.echo(text)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS
-from haptid.support.files.files import write_json, write_text
 from haptid.uq.density.forward import KernelForward, kernel_of
 from haptid.uq.density.laplace import Laplace
 from haptid.uq.density.solver_step import longest_step
@@ -38,7 +37,7 @@ from haptid.uq.prediction.choice import Problem
 from haptid.uq.result.infer import QUICK
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.sampling import sample
-from studies.ledger.version import origin_of, tell_origin
+from studies.ledger.version import origin_of, store, tell_origin
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "effective_samples.json"
 PLAIN_EVALUATIONS = 6
@@ -185,9 +184,7 @@ def main() -> None:
     """Measure, and write results and page."""
     measured = measure()
     stored = {**origin_of("python -m benchmarks.posteriors.effective_samples"), **measured}
-    write_json(OUT, stored)
-    write_text(OUT.with_suffix(".md"), page(stored))
-    click.echo(page(stored))
+    click.echo(store(OUT, stored, page))
 
 
 if __name__ == "__main__":

@@ -19,14 +19,13 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.noise.thresholds import THRESHOLDS
-from haptid.support.files.files import write_json, write_text
 from haptid.uq.density.forward import KernelForward
 from haptid.uq.prediction.choice import Problem, best, compare
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import read_truth
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import rich
-from studies.ledger.version import origin_of, tell_origin
+from studies.ledger.version import origin_of, store, tell_origin
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "scatter_recovery.json"
 JOINT = 4
@@ -123,9 +122,7 @@ def main() -> None:
                 rows.append(recovered(Path(folder) / f"{k}{on_torque}", s, on_torque=on_torque, seed=10 + k))
                 click.echo(f"{100 * s:.0f} % on the {rows[-1]['acts_on']}: {rows[-1]['chosen']}", err=True)
     stored = {**origin_of("python -m benchmarks.posteriors.scatter_recovery"), "rows": rows}
-    write_json(OUT, stored)
-    write_text(OUT.with_suffix(".md"), page(stored))
-    click.echo(page(stored))
+    click.echo(store(OUT, stored, page))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,6 @@ from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
-from haptid.support.files.files import write_json, write_text
 from haptid.support.listener import ignore_progress
 from haptid.virtual_device.machine.arm import Arm
 from haptid.virtual_device.machine.truth import read_truth
@@ -31,7 +30,7 @@ from haptid.virtual_device.recording.inputs import COUPLED
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.tables import write_campaign
 from haptid.virtual_device.recording.whole import coupled_test
-from studies.ledger.version import origin_of, tell_origin
+from studies.ledger.version import origin_of, store, tell_origin
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "coupled_missing.json"
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
@@ -111,9 +110,7 @@ def main() -> None:
         rows.append({"hidden": truth, **worked(hidden, scatter, 100 + seed)})
         click.echo(f"{truth}: {rows[-1]['verdict']} {', '.join(rows[-1]['names'])}", err=True)
     stored = {**origin_of("python -m benchmarks.search.coupled_missing"), "rows": rows}
-    write_json(OUT, stored)
-    write_text(OUT.with_suffix(".md"), page(stored))
-    click.echo(page(stored))
+    click.echo(store(OUT, stored, page))
 
 
 if __name__ == "__main__":

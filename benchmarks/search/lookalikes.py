@@ -25,9 +25,8 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.values.run import Array
 from haptid.model.effects.registry import catalogue
-from haptid.support.files.files import write_json, write_text
 from studies.hidden.run import make_cases
-from studies.ledger.version import origin_of, tell_origin
+from studies.ledger.version import origin_of, store, tell_origin
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "lookalikes.json"
 CASES, SEED = 8, 11
@@ -103,9 +102,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         found = pairs(Path(folder))
     stored = {**origin_of("python -m benchmarks.search.lookalikes"), "pairs": found}
-    write_json(OUT, stored)
-    write_text(OUT.with_suffix(".md"), page(stored))
-    click.echo(page(stored))
+    click.echo(store(OUT, stored, page))
 
 
 if __name__ == "__main__":

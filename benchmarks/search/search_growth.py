@@ -20,10 +20,9 @@ from haptid.discrepancy.study.study import study_of
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import with_folder
-from haptid.support.files.files import write_json, write_text
 from haptid.support.listener import ignore_progress
 from studies.hidden.run import make_cases
-from studies.ledger.version import origin_of, tell_origin
+from studies.ledger.version import origin_of, store, tell_origin
 
 OUT = Path(__file__).parents[2] / "docs" / "results" / "search_growth.json"
 KINDS = {"none": "", "single": "asymmetric_viscous", "unlisted": ""}
@@ -106,9 +105,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         rows = [row for kind, effect in KINDS.items() for row in searches(kind, effect, Path(folder) / kind)]
     stored = {**origin_of("python -m benchmarks.search.search_growth"), "rows": rows}
-    write_json(OUT, stored)
-    write_text(OUT.with_suffix(".md"), page(stored))
-    click.echo(page(stored))
+    click.echo(store(OUT, stored, page))
 
 
 if __name__ == "__main__":

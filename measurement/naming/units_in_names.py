@@ -220,10 +220,7 @@ def unit_in_brackets(name: str) -> tuple[str, str, float] | None:
     found = IN_BRACKETS.search(name)
     if found is None:
         return None
-    text = found[1]
-    for pattern, spelling in _SPELLINGS:
-        text = re.sub(pattern, spelling, text)
-    unit = _unit_of(text.strip())
+    unit = _unit_of(_respell(found[1]).strip())
     return None if unit is None else (found[1].strip(), *UNITS[unit])
 
 
@@ -325,9 +322,7 @@ def _joint_states(columns: Sequence[str]) -> dict[str, Target]:
 
 def _words_of(name: str, *, strangers: bool = False) -> Words | None:
     """Take a name apart; None where a part is missing, or a word is unknown and no stranger may be among them."""
-    text = re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name)  # q1, torque0Nm
-    for pattern, spelling in _SPELLINGS:
-        text = re.sub(pattern, spelling, text)
+    text = _respell(re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name))  # q1, torque0Nm
     found: dict[str, list[str]] = {"quantity": [], "unit": [], "joint": [], "filler": [], "unknown": []}
     for word in re.findall(r"[A-Za-z]+/s|[A-Za-z]+|\d+|%", text):
         kind, spelling = _kind_of(word, follows=bool(found["quantity"]))
@@ -342,6 +337,13 @@ def _words_of(name: str, *, strangers: bool = False) -> Words | None:
         return None
     joint = int(found["joint"][0]) if found["joint"] else None
     return Words(quantity=quantity, unit=found["unit"][0], joint=joint)
+
+
+def _respell(text: str) -> str:
+    """Write units as this module spells them."""
+    for pattern, spelling in _SPELLINGS:
+        text = re.sub(pattern, spelling, text)
+    return text
 
 
 def _kind_of(word: str, *, follows: bool) -> tuple[str, str]:

@@ -24,11 +24,10 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS
 from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json, write_text
 from haptid.support.terminal import Count
 from studies.calibration.result import judge_ranks, page, table
 from studies.calibration.simulation_based import Design, Outcome, rank_one_set
-from studies.ledger.version import git_version
+from studies.ledger.version import git_version, store
 
 PRIOR = 0.1
 """Relative width of the priors from which truths are drawn."""
@@ -106,8 +105,7 @@ class _Study:
             "priors": PRIOR_WORDS,
             "joints": self.results,
         }
-        write_json(self.out, stored)
-        write_text(self.out.with_suffix(".md"), page(stored))
+        store(self.out, stored, page)
 
 
 def design_of(campaign: Campaign, joint: int) -> Design:

@@ -6,9 +6,11 @@ import datetime
 import os
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
+from haptid.support.files.files import write_json, write_text
 from studies.ledger.generator import ROOT
 
 
@@ -88,3 +90,26 @@ def tell_origin(stored: Mapping[str, Any]) -> str:
     """
     load = f", load {stored['load']:.1f} at the end" if "load" in stored else ""
     return f"`{stored['command'].strip()}`, {stored['date']}, {tell_version(stored)}, {stored['machine']}{load}."
+
+
+def store(out: Path, stored: dict[str, Any], page: Callable[[dict[str, Any]], str]) -> str:
+    """Write a result, and its page beside it.
+
+    Parameters
+    ----------
+    out
+        JSON file of the result; the page has its name and ends in ``.md``.
+    stored
+        The result.
+    page
+        Function that writes it as Markdown.
+
+    Returns
+    -------
+    str
+        The page.
+    """
+    text = page(stored)
+    write_json(out, stored)
+    write_text(out.with_suffix(".md"), text)
+    return text

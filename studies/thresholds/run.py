@@ -22,9 +22,9 @@ import click
 
 from haptid.support.command import exit_codes
 from haptid.support.errors import InputError, NumericalError
-from haptid.support.files.files import write_json, write_text
 from haptid.support.terminal import Count
 from studies.blind.study import PACKAGES, digest
+from studies.ledger.version import store
 from studies.thresholds.one_run import Run, end_runs, run_apart
 from studies.thresholds.outcome import cost_ratio, differences
 from studies.thresholds.page import headline, page
@@ -254,8 +254,7 @@ class Study:
             "wall_s": round(self.before_s + time.monotonic() - self.began, 1),
             "planned": len(self.changes()) if len(self.stored["delivered"]) == len(self.panel) else None,
         }
-        write_json(self.out, self.stored)
-        write_text(self.out.with_suffix(".md"), page(self.stored))
+        store(self.out, self.stored, page)
 
     def _run(self, one: Change) -> Run:
         value = one.threshold.scale_value(one.change)
