@@ -131,6 +131,8 @@ class SearchThresholds:
     largest_excess_over_replacement: float = 0.25
     """Excess ‖r‖² of a model under the observer over that with the best other effect in the place of one, up to which
     that one stands out [1]."""
+    most_replacements_in_free_motion: int = 6
+    """Largest number of models that come near under the observer, which are compared in free motion too."""
     largest_share_left_by_names: float = 0.06
     """Largest share of the nominal model's mean square beyond the sensor's noise on held-out runs that a model may
     leave whose names stand though it leaves more than noise [1]: three quarters of the discrepancy are removed."""

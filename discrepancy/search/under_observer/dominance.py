@@ -5,7 +5,8 @@ removes most of the discrepancy and still leaves more than noise. Its names stan
 comes near.
 
 1. Fit the model under the observer without each of its effects, and extend it by the best others.
-2. Drop the effects in whose places another one leaves nearly as little, and repeat.
+2. Drop the effects in whose places another one leaves nearly as little, there and in free motion on held-out runs, and
+   repeat. The observer pushes aside what acts slowly; free motion shows it.
 3. Drop all effects that are smooth torques over position but the simplest, where there are several: together they
    follow any curve.
 4. Refit what remains freely. It stands where it leaves a small share of the nominal model's excess.
@@ -15,7 +16,7 @@ comes near.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +72,47 @@ class _Place:
     rivals: tuple[Lead, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _FreeMotion:
+    """Models compared by free simulations of held-out runs.
+
+    Parameters
+    ----------
+    searcher
+        Tools of the search.
+    near
+        Model whose effects are in question.
+    start
+        Nominal model.
+    at_noise
+        Model that leaves noise alone; None where there is none.
+    """
+
+    searcher: Searcher
+    near: Trial
+    start: Trial
+    at_noise: Trial | None
+
+    def fit(self, effects: Sequence[Effect], values: Mapping[str, float]) -> Trial:
+        """Fit a model freely, beside the noise of the model in question."""
+        refitted = refit_with(self.searcher.study, self.near.solution, effects, values)
+        return judge_candidate(self.searcher, refitted, self.start.candidate)
+
+    def leaves_far_less(self, found: Trial, other: Trial) -> bool:
+        """Say whether a model leaves far less of held-out runs than another."""
+        left, its = (beyond_noise(self.searcher.study, t, self.at_noise) for t in (found, other))
+        return left < THRESHOLDS.search.largest_excess_over_replacement * its
+
+    def stands_out(self, full: Lead, others: Sequence[Lead]) -> bool:
+        """Say whether a model leaves far less of held-out runs than each of the others, best first."""
+        if not self.searcher.study.unseen:
+            return False
+        known = full.effects == self.near.solution.effects
+        found = self.near if known else self.fit(full.effects, full.fit.values)
+        most = THRESHOLDS.search.most_replacements_in_free_motion
+        return all(self.leaves_far_less(found, self.fit(o.effects, o.fit.values)) for o in others[:most])
+
+
 def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Trial) -> Dominant | None:
     """Return the model with those effects that no other comes near.
 
@@ -102,9 +144,11 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
     if not effects or at.start.cost <= noise:
         return None
     full = fit_lead(s, at.study, effects, values, at.gains)
+    at_noise = best if best.adequate else None
+    free = _FreeMotion(searcher=s, near=near, start=start, at_noise=at_noise)
     places: list[_Place] = []
     while full.effects:
-        places = [_weigh_place(s, at, full, e, noise) for e in full.effects]
+        places = [_weigh_place(s, at, full, e, noise, free) for e in full.effects]
         kept = tuple(place.effect for place in places if place.stands)
         if kept == full.effects:
             break
@@ -114,11 +158,10 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
         return None
     found = near
     if full.effects != effects:
-        found = judge_candidate(s, refit_with(s.study, near.solution, full.effects, values), start.candidate)
-    at_noise = best if best.adequate else None
+        found = free.fit(full.effects, values)
     if not _may_stand(s.study, found, start, at_noise):
         return None
-    rivals = _fit_rivals(s, full, places, near, start)
+    rivals = [t for t in _fit_rivals(full, places, free) if not free.leaves_far_less(found, t)]
     able = [t for t in rivals if _may_stand(s.study, t, start, at_noise)]
     winner = min((found, *able), key=lambda t: t.candidate.criterion)
     return Dominant(trial=winner, rivals=tuple(t for t in (found, *rivals) if t is not winner))
@@ -130,7 +173,7 @@ def _may_stand(study: Study, found: Trial, start: Trial, at_noise: Trial | None)
     return shown and not found.at_bound and closes_most(study, found, start, at_noise)
 
 
-def _fit_rivals(s: Searcher, full: Lead, places: Sequence[_Place], near: Trial, start: Trial) -> list[Trial]:
+def _fit_rivals(full: Lead, places: Sequence[_Place], free: _FreeMotion) -> list[Trial]:
     """Fit freely what leaves nearly as little as ``full`` with a declared rival in the place of one of its effects."""
     trials = []
     for place in places:
@@ -139,8 +182,7 @@ def _fit_rivals(s: Searcher, full: Lead, places: Sequence[_Place], near: Trial, 
         for lead in place.rivals:
             rival = lead.effects[-1]
             effects = tuple(rival if e is place.effect else e for e in full.effects)
-            refitted = refit_with(s.study, near.solution, effects, lead.fit.values)
-            trials.append(judge_candidate(s, refitted, start.candidate))
+            trials.append(free.fit(effects, lead.fit.values))
     return trials
 
 
@@ -154,8 +196,8 @@ def _with_one_curve(s: Searcher, at: UnderObserver, full: Lead) -> Lead:
     return fit_lead(s, at.study, kept, full.fit.values, at.gains)
 
 
-def _weigh_place(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noise: float) -> _Place:
-    """Compare what an effect leaves under the observer, beyond the noise, with what others leave in its place."""
+def _weigh_place(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noise: float, free: _FreeMotion) -> _Place:
+    """Compare what an effect leaves beyond the noise with what others leave in its place."""
     others = tuple(e for e in full.effects if e is not effect)
     rest = fit_lead(s, at.study, others, full.fit.values, at.gains)
     declared = s.rivals(effect.key)
@@ -171,7 +213,8 @@ def _weigh_place(s: Searcher, at: UnderObserver, full: Lead, effect: Effect, noi
                 rivals.setdefault(last.id, lead)
         elif last.id != effect.id:
             unlike.append(lead)
-    stands = all(leaves_far_more(lead) for lead in unlike)
+    nearby = [lead for lead in unlike if not leaves_far_more(lead)]
+    stands = not nearby or free.stands_out(full, nearby)
     return _Place(effect=effect, stands=stands, rivals=tuple(rivals.values()))
 
 
@@ -195,11 +238,28 @@ def closes_most(study: Study, found: Trial, start: Trial, at_noise: Trial | None
         By the mean squares of measured − simulated beyond the sensor's noise, or beyond what ``at_noise`` leaves where
         that is more: a stated noise may be a fifth too small. False where every run was fitted.
     """
+    most = THRESHOLDS.search.largest_share_left_by_names * beyond_noise(study, start, at_noise)
+    return beyond_noise(study, found, at_noise) < most
+
+
+def beyond_noise(study: Study, found: Trial, at_noise: Trial | None = None) -> float:
+    """Return the mean squares of measured − simulated beyond noise, summed over held-out runs.
+
+    Parameters
+    ----------
+    study
+        Study of the model.
+    found
+        Model.
+    at_noise
+        Model that leaves noise alone; None where there is none.
+
+    Returns
+    -------
+    float
+        Σ max(rms² − noise², 0) in the square of the reading's unit; 0 where every run was fitted.
+    """
     noise = [float(np.mean(np.square(run.sensor_std))) for run in study.unseen]
     if at_noise is not None:
         noise = [max(own, rms**2) for own, rms in zip(noise, at_noise.candidate.prediction.rms, strict=True)]
-
-    def beyond(trial: Trial) -> float:
-        return sum(max(rms**2 - own, 0.0) for rms, own in zip(trial.candidate.prediction.rms, noise, strict=True))
-
-    return beyond(found) < THRESHOLDS.search.largest_share_left_by_names * beyond(start)
+    return sum(max(rms**2 - own, 0.0) for rms, own in zip(found.candidate.prediction.rms, noise, strict=True))

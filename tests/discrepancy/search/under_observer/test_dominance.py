@@ -55,7 +55,8 @@ def test_only_declared_rivals_may_leave_nearly_as_little(
     monkeypatch.setattr(dominance, "extend_lead", lambda *_: made)
     s: Any = SimpleNamespace(rivals=lambda _: {"spring"})
     at: Any = SimpleNamespace(study=None, gains=3)
-    place = dominance._weigh_place(s, at, full, full.effects[0], noise)
+    free: Any = SimpleNamespace(stands_out=lambda *_: False)
+    place = dominance._weigh_place(s, at, full, full.effects[0], noise, free)
     assert place.stands is stands
     assert [lead.effects[-1].key for lead in place.rivals] == rivals
 
@@ -74,6 +75,7 @@ def test_the_better_of_two_rivals_has_the_name(criterion: float, name: str, monk
     monkeypatch.setattr(dominance, "_with_one_curve", lambda *_: full)
     monkeypatch.setattr(dominance, "_may_stand", lambda *_: True)
     monkeypatch.setattr(dominance, "_fit_rivals", lambda *_: [rival])
+    monkeypatch.setattr(dominance._FreeMotion, "leaves_far_less", lambda *_: False)
     at: Any = SimpleNamespace(study=SimpleNamespace(rows=100), start=SimpleNamespace(cost=1e4), gains=3)
     s: Any = SimpleNamespace(study=None)
     start: Any = None
@@ -81,6 +83,34 @@ def test_the_better_of_two_rivals_has_the_name(criterion: float, name: str, monk
     assert found is not None
     assert found.keys == (name,)
     assert len(found.rivals) == 1
+
+
+def of_rms(rms: float, *names: str) -> Any:
+    solution = SimpleNamespace(effects=model(0.0, *names).effects)
+    return SimpleNamespace(candidate=SimpleNamespace(prediction=SimpleNamespace(rms=(rms,))), solution=solution)
+
+
+@pytest.mark.parametrize(
+    ("left", "unseen", "stands"),
+    [
+        ({"cogging": 3.0, "stop:upper": 3.0}, True, True),
+        ({"cogging": 3.0, "stop:upper": 1.5}, True, False),  # one that comes near is enough
+        ({"cogging": 3.0, "stop:upper": 3.0}, False, False),  # nothing shows it where every run was fitted
+    ],
+)
+def test_what_comes_near_under_the_observer_alone_may_be_far_in_free_motion(
+    left: dict[str, float], *, unseen: bool, stands: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """An inertia that varies closed 93 % of a gap, and cogging came near where the observer pushes it aside."""
+    near = of_rms(1.2, "inertia")
+    runs = (SimpleNamespace(sensor_std=np.array([1.0])),) if unseen else ()
+    searcher: Any = SimpleNamespace(study=SimpleNamespace(unseen=runs))
+    monkeypatch.setattr(
+        dominance._FreeMotion, "fit", lambda _, effects, __: of_rms(left[effects[0].key], effects[0].key)
+    )
+    free = dominance._FreeMotion(searcher=searcher, near=near, start=near, at_noise=None)
+    full: Any = SimpleNamespace(effects=near.solution.effects)
+    assert free.stands_out(full, [model(1.0, name) for name in left]) is stands
 
 
 @pytest.mark.parametrize(("whole", "closes"), [(None, False), (1.64, True), (1.0, False)])
