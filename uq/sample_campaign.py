@@ -85,8 +85,9 @@ def _infer_foreign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
     ):
         listener.progress(fmu.path.name, 0, 1)
 
-        def tell(share: float, figures: str) -> None:
-            listener.progress(fmu.path.name, share, 1, figures)
+        def tell(share: float | None, figures: str) -> None:
+            # Without a share no end is foretold: the time left would only grow.
+            listener.progress(fmu.path.name, share or 0.0, None if share is None else 1, figures)
 
         posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, tell)
     data = with_null(posterior_json(posterior, seed))

@@ -32,7 +32,7 @@ Watch = Callable[[int, float, str], None]
 """The same for several tasks: number of the task, share and figures."""
 
 
-def tell_nobody(share: float, figures: str) -> None:
+def tell_nobody(share: float | None, figures: str) -> None:
     """Take how far a task is, and do nothing.
 
     Parameters

@@ -16,7 +16,7 @@ import numpy as np
 from haptid.identification.calibration.calibrate import simulator_of
 from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.workers.workers import Tell, Workers, tell_nobody
+from haptid.identification.workers.workers import Workers, tell_nobody
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
 from haptid.uq.density.coordinates import Coordinates
@@ -25,6 +25,7 @@ from haptid.uq.foreign.source import Calibrated, with_finite_bounds
 from haptid.uq.result.sampler_state import Chains
 from haptid.uq.result.summary import chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
+from haptid.uq.sampling.pace import TellPace
 from haptid.uq.sampling.sampling import Sample, SamplingOptions, sample
 from haptid.uq.thresholds import THRESHOLDS
 
@@ -89,7 +90,7 @@ class ForeignPosterior(Chains):
 
 
 def infer(
-    calibrated: Calibrated, fmu: ForeignFmu, options: SamplingOptions, workers: Workers, tell: Tell = tell_nobody
+    calibrated: Calibrated, fmu: ForeignFmu, options: SamplingOptions, workers: Workers, tell: TellPace = tell_nobody
 ) -> ForeignPosterior:
     """Infer the posterior of a calibrated FMU's parameters.
 
@@ -104,7 +105,7 @@ def infer(
     workers
         Workers that advance the ensembles.
     tell
-        Told the share of the steps that is done, and figures.
+        Told the share of the steps that is done, None where the end is not known, and figures.
 
     Returns
     -------

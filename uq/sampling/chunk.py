@@ -142,6 +142,7 @@ def advance(task: Task, tell: Tell = tell_nobody) -> Chunk:
     """
     walkers, n = task.coords.shape
     sampler = emcee.EnsembleSampler(walkers, n, task.density, vectorize=True, moves=moves(task.move, task.proposal))
+    sampler.log_prob_fn = task.density  # emcee's wrapper prints a traceback at Ctrl-C, and its walkers on stdout
     random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(task.seed)))
     state = emcee.State(task.coords, log_prob=task.log_prob, random_state=random.get_state())
     # emcee refuses walkers whose covariance is nearly singular: walkers of a resumed chain are taken as they are.

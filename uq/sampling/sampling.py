@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from haptid.identification.problem.valleys import Valleys
-from haptid.identification.workers.workers import Here, Tell, Watch, Workers, tell_nobody
+from haptid.identification.workers.workers import Here, Workers, tell_nobody
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import read_json, write_json
@@ -29,13 +29,11 @@ from haptid.uq.density.valley_density import ValleyDensity
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.chunk import Chunk, Task, advance
 from haptid.uq.sampling.moves import MOVES, Proposal
+from haptid.uq.sampling.pace import Pace, TellPace
 from haptid.uq.thresholds import THRESHOLDS
 
 PHASES = {"burn": 0, "pilot": 1, "main": 2}
 """Number of each phase, which enters the seeds of its chunks."""
-
-CHUNKS_BEFORE_TAU_IS_KNOWN = 5
-"""Chunks that the chains are thought to have before any of them tells τ, for those who wait [1]."""
 
 WALKERS_OF_FULL_VECTORS = 16
 """Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
@@ -121,35 +119,6 @@ class Sample:
         return self.chain.reshape(-1, self.chain.shape[-1])
 
 
-@dataclass(slots=True, kw_only=True)
-class _Pace:
-    """How many steps are done, and how many there may be: the chains' length follows from τ, which they tell."""
-
-    tell: Tell
-    expected: float
-    before: float = 0.0
-    figures: str = ""
-    shares: dict[int, float] = field(default_factory=dict)
-
-    def begin_chunk(self, steps: int, ensembles: int) -> Watch:
-        self.shares = {}
-
-        def watch(task: int, share: float, _: str) -> None:
-            self.shares[task] = share
-            self._tell(self.before + steps * sum(self.shares.values()) / ensembles)
-
-        return watch
-
-    def end_chunk(self, steps: int) -> None:
-        self.before += steps
-        self._tell(self.before)
-
-    def _tell(self, done: float) -> None:
-        expected = max(self.expected, done)
-        words = f"step {done:.0f} of about {expected:.0f}"
-        self.tell(done / expected, f"{words}, {self.figures}" if self.figures else words)
-
-
 @dataclass(slots=True)
 class _Store:
     """Chunks by phase, ensemble and number, in memory and, where there is a folder, on disk."""
@@ -182,7 +151,7 @@ class _Ensembles:
     options: SamplingOptions
     workers: Workers
     store: _Store
-    pace: _Pace
+    pace: Pace
     coords: list[Array]
     log_prob: list[Array]
 
@@ -219,7 +188,7 @@ class _Ensembles:
             return len(work) - len(done)
 
         keep(self.workers.until(advance, work, keep, watch=watch))
-        self.pace.end_chunk(steps)
+        self.pace.end_chunk(steps, read=not work)
         chunks = [chunk for e in range(len(names)) if (chunk := self.store.get(phase, e, number)) is not None]
         for e, chunk in enumerate(chunks):
             self.coords[e], self.log_prob[e] = chunk.chain[-1], chunk.log_prob[-1]
@@ -232,7 +201,7 @@ def sample(
     *,
     workers: Workers | None = None,
     folder: Path | None = None,
-    tell: Tell = tell_nobody,
+    tell: TellPace = tell_nobody,
 ) -> Sample:
     """Sample the posterior, starting from its normal approximation.
 
@@ -247,7 +216,7 @@ def sample(
     folder
         Folder of the chunks. Chunks of the same density, start and options are continued, others removed.
     tell
-        Told the share of the steps that is done, and τ and the effective sample size so far.
+        Told the share of the steps that is done once τ has settled, and τ and the effective sample size so far.
 
     Returns
     -------
@@ -270,7 +239,7 @@ def sample(
     density = ValleyDensity(density=start.density, valleys=valleys)
     coords = [_first_points(density, mean, covariance, e, options) for e in range(options.ensembles)]
     log_prob = [density(points) for points in coords]
-    pace = _Pace(tell=tell, expected=options.burn + options.pilot + CHUNKS_BEFORE_TAU_IS_KNOWN * options.chunk)
+    pace = Pace(tell=tell, most=options.burn + options.pilot + options.longest)
     ensembles = _Ensembles(density, options, workers or Here(), _Store(folder), pace, coords, log_prob)
     names = [options.move] * options.ensembles
     proposal = Proposal.of(mean, covariance)
@@ -302,9 +271,9 @@ def _run(ensembles: _Ensembles, move: str, proposal: Proposal, trials: dict[str,
         chain = ensembles.density.valleys.back(moved)
         tau = autocorrelation_time(chain)
         steps, longest = chain.shape[1], float(tau.max())
-        ensembles.pace.figures = f"τ {longest:.1f}, ESS {float((chain[..., 0].size / tau).min()):.0f}"
         left = math.ceil(max(options.lengths * longest - steps, options.chunk) / options.chunk) * options.chunk
-        ensembles.pace.expected = ensembles.pace.before + min(left, max(options.longest - steps, 0))
+        effective = float((chain[..., 0].size / tau).min())
+        ensembles.pace.learn(min(left, max(options.longest - steps, 0)), longest, effective)
         reached = steps >= options.lengths * longest and abs(longest - before) < options.change * longest
         before = longest
         if reached or steps >= options.longest:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from haptid.identification.workers.workers import Here
+from haptid.uq.sampling import chunk
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.moves import MOVES
@@ -38,6 +39,19 @@ def test_stops_when_the_autocorrelation_time_is_known_and_says_so_when_not():
     assert known.chain.shape[1] >= 50 * known.tau.max()
     assert known.chain.shape[1] < 3000
     assert not sample(start(), SamplingOptions(chunk=20, burn=20, pilot=0, longest=40)).reached
+
+
+def test_nothing_is_printed_at_ctrl_c(capsys, monkeypatch):
+    """The sampler's library printed its walkers and a traceback on the stdout that holds JSON."""
+    begun = start()
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(chunk, "moves", lambda *_: monkeypatch.setattr(type(begun.density), "__call__", interrupted))
+    with pytest.raises(KeyboardInterrupt):
+        sample(begun, SHORT)
+    assert capsys.readouterr() == ("", "")
 
 
 def test_same_seed_same_bits_other_seed_other_chain():
