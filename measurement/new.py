@@ -34,7 +34,7 @@ from haptid.measurement.making.prepared import (
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.naming.encoder_counts import refuse_open_counts
-from haptid.measurement.naming.map_option import parse_map, remarks_on_units
+from haptid.measurement.naming.map_option import parse_map, remarks_on_grad, remarks_on_units
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import known_names
 from haptid.measurement.recordings.recording import KINDS, names_of_recordings, recordings_in
@@ -149,7 +149,9 @@ def _write_checked(out: Path, folder: Path, prepared: list[PreparedTable], answe
         with warnings_on_stderr(renamed=(str(inner), str(folder))):
             campaign = _check_draft(inner, folder)
         refused, remarks = _ask_check(campaign, renamed=(str(inner), str(out)))
-        remarks = [*remarks_on_units(answers.stated), *_remark_on_constant(prepared, answers), *remarks]
+        understood = {column: target for one in prepared for column, target in one.targets.items()}
+        on_units = [*remarks_on_units(answers.stated), *remarks_on_grad(understood, answers.stated)]
+        remarks = [*on_units, *_remark_on_constant(prepared, answers), *remarks]
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
@@ -163,7 +165,7 @@ def _tell_written(written: _Written, out: Path) -> None:
     count = count_of(len(campaign.runs), "run")
     click.echo(f"wrote {out}: {count}, free joints {kinds}, {campaign.label} data, device {written.device}")
     for remark in written.remarks:
-        click.echo(f"remark: {remark}")
+        click.echo(f"remark: {remark}", err=True)  # as all commands tell theirs: not lost where stdout is
     check = f"{word_command('check', 'measurement.check')} {out}"
     click.echo(f"to mend before a fit: {written.refused}" if written.refused else f"next: {check}")
 

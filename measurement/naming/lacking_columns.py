@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from haptid.measurement.format.columns import JOINT, KNOWN
+from haptid.measurement.naming.degrees import DEGREES
 from haptid.measurement.tables.misnamed import likely_time_units
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -48,11 +49,12 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}", "torque_{}_Nm"),
     ),
     "position": (
-        (r"mrad", "position_{}_rad*0.001"),
-        (r"rad", "position_{}_rad"),
+        (_ALONE.format("mrad"), "position_{}_rad*0.001"),
+        (_ALONE.format("rad(?:ians?)?"), "position_{}_rad"),  # a word: Winkelgrad is none
         (_ALONE.format("mm"), "position_{}_m*0.001"),
         (r"turns|rev", "position_{}_rad*6.28319"),
-        (r"deg|°", f"position_{{}}_rad*{DEGREE}"),
+        (rf"deg|°|{DEGREES}", f"position_{{}}_rad*{DEGREE}"),
+        (_ALONE.format("gon"), "position_{}_rad*0.015708"),
         (COUNTED, f"position_{{}}_rad*{COUNT}"),
         (
             rf"angle|theta|pos|enc|winkel|{_ALONE.format('pot(?:i|entiometer)?')}|{_ALONE.format('q')}"
@@ -77,7 +79,7 @@ NO_SIGNAL = re.compile(
     r"index|frame|episode|task|reward|done|success|temp|enabled?(?![a-z])|status|mode|flag", re.IGNORECASE
 )
 """Names of counters, marks and what else drives no joint."""
-NO_POSITION = re.compile(r"error|following|deviation|vel|speed|rpm|/ ?s(?![a-z])", re.IGNORECASE)
+NO_POSITION = re.compile(r"error|following|deviation|vel|speed|geschw|drehzahl|rpm|/ ?s(?![a-z])", re.IGNORECASE)
 """Names that hold a word of a position and are none."""
 SURELY_DRIVES = re.compile(
     rf"torque|tau|trq|effort|moment|force|current|amp|volt|duty|pwm|{_ALONE.format('nm')}", re.IGNORECASE

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.naming.degrees import is_bare_grad
 from haptid.measurement.naming.mapping import FLAG, Target
 from haptid.measurement.naming.units_in_names import in_counts, understand_column, unit_in_brackets, unit_of_column
 from haptid.support.errors import InputError
@@ -70,6 +71,28 @@ def remarks_on_units(stated: Mapping[str, Target]) -> list[str]:
             f"--map '{column}={target.name}*FACTOR'"
         )
     return remarks
+
+
+def remarks_on_grad(understood: Mapping[str, Target], stated: Collection[str]) -> list[str]:
+    """Remark on columns in ``grad`` that are taken for degrees, and may be in gon.
+
+    Parameters
+    ----------
+    understood
+        Column of the format by column of the user's tables.
+    stated
+        The columns of which the user says what they are.
+
+    Returns
+    -------
+    list of str
+        One a column.
+    """
+    return [
+        f"{column!r} is taken in degrees: state gon (400 a turn) by --map '{column}={target.name}*pi/200'"
+        for column, target in understood.items()
+        if column not in stated and is_bare_grad(column)
+    ]
 
 
 def _target_of(name: str) -> Target | None:

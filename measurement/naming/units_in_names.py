@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from haptid.measurement.format.columns import JOINT, KNOWN, NUMBERED
+from haptid.measurement.naming.degrees import DEGREES
 from haptid.measurement.naming.mapping import Target
 from haptid.support.errors import InputError
 
@@ -22,7 +23,7 @@ IN_COUNTS = ("position", "reference")
 UNITS: dict[str, tuple[str, float]] = {
     "s": ("s", 1.0), "sec": ("s", 1.0), "seconds": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "ns": ("s", 1e-9),
     "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "deg": ("rad", DEG), "degree": ("rad", DEG), "degrees": ("rad", DEG),
-    "rev": ("rad", 2 * math.pi), "turns": ("rad", 2 * math.pi),
+    "gon": ("rad", math.pi / 200), "rev": ("rad", 2 * math.pi), "turns": ("rad", 2 * math.pi),
     "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6),
     "counts": (COUNTS, 1.0), "count": (COUNTS, 1.0), "cnt": (COUNTS, 1.0), "ticks": (COUNTS, 1.0),
     "rad/s": ("rad_s", 1.0), "mrad/s": ("rad_s", 1e-3), "deg/s": ("rad_s", DEG), "dps": ("rad_s", DEG),
@@ -114,9 +115,9 @@ _SPELLINGS = (
     (r"(?i)(?<![a-z])micros(?:econds?)?(?![a-z])", " time us "),
     (r"[µμ]", "u"),
     (r"°\s*C\b", " C "),
-    (r"°", " deg "),
+    (rf"°|(?i:{DEGREES})", " deg "),
     (r"(?<=\b[mk]N)[\s*·.]+(?=m\b)|(?<=\bN)[\s*·.]+(?=[cm]?m\b)", ""),  # N·m, N mm, mN*m
-    (r"(?<![A-Za-z])(rad|mrad|deg|degrees|m|mm)(?:\s*/\s*|_per_| per |_)(?:s|sec)(?![A-Za-z])", r"\1/s"),
+    (r"(?<![A-Za-z])(rad|mrad|deg|degrees|m|mm)(?:\s*/\s*|\s*_per_| per |\s*_)(?:s|sec)(?![A-Za-z])", r"\1/s"),
 )
 """Patterns of other spellings of units, and the spelling in `UNITS`."""
 

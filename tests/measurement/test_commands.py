@@ -161,6 +161,27 @@ def test_a_column_is_proposed_as_what_its_unit_says(column, told):
 
 
 @pytest.mark.parametrize(
+    ("column", "told"),
+    [
+        ("Angolo (gradi)", "=position_2_rad*0.0174533'"), ("Hoek [gon]", "=position_2_rad*0.015708'"),
+        ("Winkel (Winkelgrad)", "=position_2_rad' (radians; degrees: position_2_rad*0.0174533)"),
+        ("posrad", "=position_2_rad' (radians; degrees: position_2_rad*0.0174533)"), ("x_rad", "=position_2_rad'"),
+    ],
+)  # fmt: skip
+def test_a_position_is_proposed_in_radians_alone_where_its_name_says_so(column, told):
+    assert tell_how_to_name(["position"], ["time_s", column, "torque_2_Nm"], {2}, None).endswith(f"'{column}{told}")
+
+
+def test_new_remarks_on_degrees_in_a_place_that_no_pipe_takes(tables, tmp_path):
+    """The remark on a likely slip was among the lines on stdout."""
+    maps = [word.partition("*")[0] if word.startswith("deg") else word for word in MAPS]
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *maps)
+    assert result.exit_code == 0, result.output
+    assert "travel 40 rad on a revolute joint: degrees? then multiply the position by 0.0174533" in result.stderr
+    assert "remark: " not in result.stdout
+
+
+@pytest.mark.parametrize(
     ("position", "torque", "told"),
     [
         ("Position actual value [mm]", "Actual torque [%]", "a force in N, got 'Actual torque [%]'; state a hundredth"),

@@ -51,6 +51,17 @@ def test_columns_that_bare_enters_left_open_are_asked_again(tables: Path, talk):
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].u[:, 0], np.cos(3 * T))
 
 
+def test_a_unit_that_is_not_understood_is_not_taken_for_radians(tables: Path, talk):
+    """The angle was proposed in radians to a bare Enter."""
+    for path in tables.iterdir():
+        path.write_text(path.read_text().replace("foo", "Moment (Nm)").replace("bar", "Winkel (Winkelgrad)"))
+    done = talk(tables, FACTS + "\nposition_0_deg\n" + SENSOR + "y\n")
+    assert done.exit_code == 0, done.output
+    asked = "Winkel (Winkelgrad) is (position_0_rad; radians; degrees: position_0_rad*0.0174533"
+    assert done.output.count(asked) == 2
+    assert np.ptp(read_campaign(tables.parent / "made").runs[0].y) == pytest.approx(np.radians(0.6), rel=0.01)
+
+
 def test_torque_and_position_of_two_joints_are_asked_again_with_the_replies_as_proposals(tables: Path, talk):
     done = talk(tables, FACTS + "torque_0_Nm\nposition_1_rad\n" + "\nposition_0_rad\n" + SENSOR + "y\n")
     assert done.exit_code == 0, done.output

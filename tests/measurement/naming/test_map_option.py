@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
-from haptid.measurement.naming.map_option import parse_map, remarks_on_units
+from haptid.measurement.naming.map_option import parse_map, remarks_on_grad, remarks_on_units
 from haptid.measurement.naming.mapping import Target
 from haptid.support.errors import InputError
 
@@ -47,3 +48,12 @@ def test_a_unit_that_agrees_or_has_a_factor_is_taken_without_a_word(entry: str):
 def test_another_unit_without_a_factor_is_remarked_on(entry: str, unit: str):
     (remark,) = remarks_on_units(parse_map((entry,)))
     assert f"its name says {unit}: state the factor" in remark
+
+
+def test_grad_in_small_letters_is_taken_for_degrees_with_a_remark():
+    columns = {name: Target(name="position_0_rad", factor=math.pi / 180) for name in ("Winkel (Grad)", "winkel_grad")}
+    (remark,) = remarks_on_grad(columns, ())
+    assert remark.startswith("'winkel_grad' is taken in degrees: state gon (400 a turn) by --map 'winkel_grad=")
+    assert remarks_on_grad(columns, columns) == []
+    (stated,) = parse_map((re.search(r"--map '([^']+)'", remark)[1],)).values()
+    assert stated.factor == pytest.approx(math.pi / 200)
