@@ -12,9 +12,10 @@ import pandas as pd
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import QUANTITIES, understand_column
 from haptid.measurement.tables.misnamed import looks_like_time
-from haptid.measurement.tables.table import ISO_DATE, Table
+from haptid.measurement.tables.table import DOTTED_DATE, ISO_DATE, UNCERTAIN_DATE, WRITE_ISO, Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
 
 TIME = "time_s"
 COUNTER = 2.0**32
@@ -22,7 +23,9 @@ COUNTER = 2.0**32
 
 
 def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str]:
-    """Return a table whose dates (ISO 8601, with the time of day) or durations are seconds from its first row.
+    """Return a table whose dates (with the time of day) or durations are seconds from its first row.
+
+    Dates are read as ISO 8601 has them, and with dots, where the day comes first.
 
     Parameters
     ----------
@@ -38,6 +41,11 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
         that the error of the later reading shows it.
     layout : str
         What was understood, in words; empty where nothing was.
+
+    Raises
+    ------
+    InputError
+        Where the order of day, month and year in the dates is not certain.
     """
     dated = [column for column in table.columns if _holds_dates(table.frame[column])]
     times = [column for column in dated if column in stated or column == TIME or is_time(column)]
@@ -50,6 +58,8 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
     if pd.api.types.is_timedelta64_dtype(cells.dtype):
         moments = cells
     else:
+        cells = _in_iso(cells)
+        _refuse_uncertain(table, column, cells)
         moments = pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")
     if moments.notna().sum() == 0:
         return table, ""
@@ -179,4 +189,33 @@ def _holds_dates(cells: pd.Series) -> bool:
     if pd.api.types.is_datetime64_any_dtype(cells.dtype) or pd.api.types.is_timedelta64_dtype(cells.dtype):
         return True
     filled = cells.dropna()
-    return len(filled) > 0 and isinstance(filled.iloc[0], str) and ISO_DATE.fullmatch(filled.iloc[0]) is not None
+    return len(filled) > 0 and _is_date(filled.iloc[0])
+
+
+def _is_date(cell: object) -> bool:
+    return isinstance(cell, str) and any(form.fullmatch(cell) for form in (ISO_DATE, DOTTED_DATE, UNCERTAIN_DATE))
+
+
+def _in_iso(cells: pd.Series) -> pd.Series:
+    """Write dates with dots as ISO 8601 has them; other cells stay as they are."""
+    if pd.api.types.is_datetime64_any_dtype(cells.dtype):
+        return cells
+    return cells.map(_date_in_iso, na_action="ignore")
+
+
+def _date_in_iso(cell: object) -> object:
+    found = DOTTED_DATE.fullmatch(cell) if isinstance(cell, str) else None
+    if found is None:
+        return cell
+    day, month, year, time = found.groups()
+    hour, _, rest = time.partition(":")
+    return f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:{rest.replace(',', '.')}"
+
+
+def _refuse_uncertain(table: Table, column: str, cells: pd.Series) -> None:
+    """Refuse a time in dates where the first of them may be of several days."""
+    index = int(np.flatnonzero(cells.notna().to_numpy())[0])
+    cell = cells.iloc[index]
+    if isinstance(cell, str) and UNCERTAIN_DATE.fullmatch(cell):
+        where = f"{table.row(index)}, {column}"
+        raise InputError(where, expected="a date of one day", got=repr(cell), todo=WRITE_ISO)

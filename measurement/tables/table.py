@@ -39,11 +39,22 @@ ISO_DATE = re.compile(
     r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}(?::\d{2}(?:\.\d+)?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*", re.IGNORECASE
 )
 """A date with the time of day, as ISO 8601 has it."""
+_DAY_TIME = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?"
+DOTTED_DATE = re.compile(rf"\s*(\d{{1,2}})\.(\d{{1,2}})\.(\d{{4}})[T ]+({_DAY_TIME})\s*", re.IGNORECASE)
+"""A date with the time of day, its parts between dots: the day comes first. Groups: day, month, year, time of day."""
+UNCERTAIN_DATE = re.compile(
+    rf"\s*\d{{1,2}}([./-])\d{{1,2}}\1(?:\d{{4}}|\d{{2}})[T, ]+{_DAY_TIME}\s*(?:[AP]M)?\s*", re.IGNORECASE
+)
+"""A date with the time of day whose first part may be the day, the month or the year, unless it is a `DOTTED_DATE`."""
+READ_BY_INIT = "dates are read where a campaign is made (haptid init): write seconds here"
+WRITE_ISO = "the order of the date is not certain: write ISO 8601, as 2026-03-12T10:00:00.004"
 TODO_BY_CELL = (
     (re.compile(r"\s*[+-]?\d{1,3}(,\d{3})+\.\d*\s*|\s*[+-]?\d{1,3}(,\d{3}){2,}\s*"),
      "export without commas between thousands"),
     (re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE), DECIMAL_COMMA),
-    (ISO_DATE, "dates are read where a campaign is made (haptid init): write seconds here"),
+    (ISO_DATE, READ_BY_INIT),
+    (DOTTED_DATE, READ_BY_INIT),
+    (UNCERTAIN_DATE, WRITE_ISO),
 )  # fmt: skip
 """Forms of a cell that is no number, and what to do about them; the first match decides."""
 DROP_EMPTY = "leave such rows out, as by df.dropna()"

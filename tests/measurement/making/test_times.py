@@ -26,7 +26,10 @@ def written(folder: Path, name: str = "time_s", form: str = "%Y-%m-%dT%H:%M:%S.%
 
 
 @pytest.mark.parametrize("name", ["time_s", "Timestamp", "Zeitstempel", "time_ms"])
-@pytest.mark.parametrize("form", ["%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f", "%Y-%m-%dT%H:%M:%S.%f+01:00"])
+@pytest.mark.parametrize(
+    "form",
+    ["%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f", "%Y-%m-%dT%H:%M:%S.%f+01:00", "%d.%m.%Y %H:%M:%S.%f"],
+)
 def test_dates_are_seconds_from_the_first_row(tmp_path: Path, name: str, form: str):
     table, told = with_seconds(read_logged_table(written(tmp_path, name, form))[0])
     assert told == f"dates in {name!r}, read as seconds from the first row"
@@ -83,6 +86,33 @@ def test_a_time_without_a_unit_is_in_seconds_where_that_is_likely(
     assert list(made.columns) == ["time_s" if name == taken else name for name in columns]
 
 
+def test_dates_with_dots_are_of_the_day_that_comes_first(tmp_path: Path):
+    """One day and one night later, by a table of decimal commas."""
+    rows = ["Zeitstempel;Moment [Nm];Winkel [°]"]
+    rows += [f"{1 + k % 2}.{12 - k}.2026 9:00:00,5;0,5;0,{k}" for k in range(ROWS)]
+    (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
+    table, told = with_seconds(read_logged_table(tmp_path / "a.csv")[0])
+    assert told == "dates in 'Zeitstempel', read as seconds from the first row"
+    days = table.numbers("time_s") / 86400.0
+    np.testing.assert_array_equal(days[:3], [0.0, -29.0, -61.0])
+
+
+@pytest.mark.parametrize("date", ["03/12/2026", "3-12-2026", "12.03.26"])
+def test_a_date_whose_order_is_not_certain_is_refused_at_once(tmp_path: Path, date: str):
+    """The advice to name its column led to a second error."""
+    rows = ["Zeitstempel,Moment [Nm],Winkel [°]", *(f"{date} 10:00:00.{k:03d},0.5,0.{k}" for k in range(ROWS))]
+    (tmp_path / "a.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    table = read_logged_table(tmp_path / "a.csv")[0]
+    with pytest.raises(InputError) as caught:
+        with_seconds(table)
+    told = f"a.csv, line 2, Zeitstempel: expected a date of one day, got '{date} 10:00:00.000'; the order of the date"
+    assert told in str(caught.value)
+    assert "write ISO 8601, as 2026-03-12T10:00:00.004" in str(caught.value)
+    # Beside a time it is no hindrance.
+    timed = Table(path=tmp_path, frame=table.frame.assign(time_s=np.arange(ROWS)), in_memory=True)
+    assert with_seconds(timed)[1] == ""
+
+
 def test_a_cell_that_is_no_date_is_shown(tmp_path: Path):
     path = written(tmp_path)
     lines = path.read_text().splitlines()
@@ -97,6 +127,8 @@ def test_a_cell_that_is_no_date_is_shown(tmp_path: Path):
     ("cell", "told"),
     [
         ("2026-03-12T10:00:00.000", "and no number in any other row; dates are read where a campaign is made"),
+        ("12.03.2026 10:00:00.000", "and no number in any other row; dates are read where a campaign is made"),
+        ("03/12/2026 10:00:00 AM", "the order of the date is not certain: write ISO 8601"),
         ('"1,000.0"', "'1,000.0' and no number in any other row; export without commas between thousands"),
         ('"1,000,000"', "export without commas between thousands"),
         ('"1,5"', "where a comma is the decimal sign"),
