@@ -2,9 +2,9 @@
 
 Variables that are vectors of one length are the columns, as are the fields of a structure. Where two structures have a
 field of one name, names begin with that of the structure. A matrix gives a column per joint, ``q_0``, ``q_1`` ….
-Elements of an array of structures or of cells are runs, or stand side by side (`mat_runs`). Scalars and texts are left
-out. Objects of MATLAB (``table``, ``timetable``) cannot be read outside it, and are named. Files of version 7.3 need
-the extra ``matlab``.
+Elements of an array of structures or of cells are runs, or stand side by side (`mat_runs`). Signals of Simulink
+have their labels for names (`simulink_structure`). Scalars and other texts are left out. Objects of MATLAB (``table``,
+``timetable``) cannot be read outside it, and are named. Files of version 7.3 need the extra ``matlab``.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def load_variables(content: bytes) -> dict[str, Any]:
 
 
 def _value(value: Any) -> Any:
-    """Return a value as `mat_values` takes it apart; None where it holds no numbers."""
+    """Return a value as `mat_values` takes it apart; None where it holds neither numbers nor one text."""
     if isinstance(value, io.matlab.mat_struct):
         return {name: _value(getattr(value, name)) for name in value._fieldnames}
     if isinstance(value, io.matlab.MatlabFunction):
@@ -126,7 +126,8 @@ def _value(value: Any) -> Any:
         return Unread(kind="an object of MATLAB")
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
         return [_value(one) for one in value.ravel(order="F")]
-    return value if isinstance(value, np.ndarray) and value.dtype.kind in "fiub" else None
+    is_numeric = isinstance(value, np.ndarray) and value.dtype.kind in "fiub"
+    return value if is_numeric or isinstance(value, str) else None
 
 
 def _object(value: Any) -> Unread | None:

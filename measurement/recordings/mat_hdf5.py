@@ -6,6 +6,7 @@ Both functions run in a process of their own: HDF5 is compiled, and a damaged fi
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
 
@@ -19,6 +20,8 @@ MOST_ELEMENTS = 100_000
 """Elements of arrays of structures and of cells that are looked at; a damaged file may hold one array in another."""
 TEXT = (b"char", b"cell", b"string")
 """Classes of MATLAB that are stored as numbers and are none."""
+LONGEST_TEXT = 200
+"""Characters of a text that is read; a longer one is no label of a signal."""
 
 
 def declared_bytes(content: bytes) -> list[int]:
@@ -64,7 +67,7 @@ def _datasets(value: Any) -> Iterator[Any]:
     if isinstance(value, dict | list):
         for one in value.values() if isinstance(value, dict) else value:
             yield from _datasets(one)
-    elif value is not None and not isinstance(value, Unread):
+    elif value is not None and not isinstance(value, Unread | _Text):
         yield value
 
 
@@ -74,8 +77,17 @@ def _load(value: Any) -> Any:
         return {name: _load(one) for name, one in value.items()}
     if isinstance(value, list):
         return [_load(one) for one in value]
+    if isinstance(value, _Text):
+        return "".join(map(chr, np.ravel(value.codes[()])))
     # MATLAB stores columns first: what it shows as n × 2 is 2 × n here.
     return value if value is None or isinstance(value, Unread) else np.squeeze(value[()].T)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Text:
+    """A short text that is not loaded yet: an array of the codes of its characters."""
+
+    codes: Any
 
 
 class _Walk:
@@ -111,6 +123,8 @@ class _Walk:
             return Unread(kind=f"a {kind.decode(errors='replace')} of MATLAB")
         if one.dtype == h5py.ref_dtype and kind == b"cell":
             return self._elements(one, deepest - 1) if deepest else Unread(kind=f"more than {DEEPEST} levels deep")
+        if kind == b"char" and one.dtype == np.uint16 and one.size <= LONGEST_TEXT:
+            return None if one.attrs.get("MATLAB_empty", 0) else _Text(codes=one)
         # Of an empty array MATLAB stores the shape as numbers.
         is_numeric = one.dtype.kind in "fiub" and kind not in TEXT and not one.attrs.get("MATLAB_empty", 0)
         return one if is_numeric else None

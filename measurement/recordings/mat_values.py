@@ -1,7 +1,8 @@
 """Variables of a MATLAB file in, their vectors by place out, and arrays of structures and cells element by element.
 
-A reader gives numeric arrays as they are, structures as dicts, arrays of structures and of cells as lists, and what it
-cannot take apart as `Unread`; texts and what else holds no numbers as None.
+A reader gives numeric arrays as they are, texts too, structures as dicts, arrays of structures and of cells as lists,
+and what it cannot take apart as `Unread`; what else holds no numbers as None. Texts count as the labels of the signals
+that Simulink logged alone (`simulink_structure`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from haptid.measurement.recordings.one_run import Place, vectors_of
+from haptid.measurement.recordings.simulink_structure import name_signals
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
@@ -150,7 +152,7 @@ def _leaves(variables: Mapping[str, Any], place: Place = ()) -> Iterator[tuple[P
     """Yield arrays, lists and what is unread, by their place among structures."""
     for name, value in variables.items():
         if isinstance(value, dict):
-            yield from _leaves(value, (*place, name))
+            yield from _leaves(name_signals(value), (*place, name))
         elif isinstance(value, np.ndarray | list | Unread):
             yield (*place, name), value
 

@@ -148,3 +148,32 @@ def test_cells_that_hold_themselves_end(folder: Path):
         file["q"][:] = np.array([file["q"].ref] * 2, dtype=h5py.ref_dtype).reshape(2, 1)
     with pytest.raises(InputError, match="expected vectors of one length, got t of 60"):
         recordings_in(folder)
+
+
+def simulink(*labels: str, **more: Any) -> dict[str, Any]:
+    """A structure with time of as many signals as there are labels."""
+    signals = [{"values": (k + 1) * POSITION, "dimensions": 1.0, "label": label} for k, label in enumerate(labels)]
+    return {"time": T, "signals": signals, **more}
+
+
+def test_signals_of_simulink_have_their_labels_for_names(folder: Path, write: Any):
+    """They were simout.signals_0.values and simout.signals_1.values."""
+    write(folder / "a.mat", {"simout": simulink("Moment (Nm)", "Winkel (Grad)", blockName="arm/To Workspace")})
+    content, said = made(folder)
+    assert [run["file"] for run in content["runs"]] == ["a.csv"]
+    assert "Winkel (Grad) is position_0_rad, × 0.0174533" in said
+    np.testing.assert_allclose(read_campaign(folder.parent / "made").runs[0].u[:, 0], POSITION)
+
+
+def test_signals_of_simulink_without_a_label_of_their_own_have_their_numbers(folder: Path, write: Any):
+    write(folder / "a.mat", {"simout": simulink("tau", "", "q", "q", "time")})
+    (one,) = recordings_in(folder)
+    numbered = {f"simout.signals_{k}.values" for k in (1, 2, 3, 4)}
+    assert set(one.table.columns) == {"simout.time", "simout.tau"} | numbered
+    np.testing.assert_array_equal(one.table.numbers("simout.signals_4.values"), 5 * POSITION)
+
+
+def test_signals_of_simulink_without_labels_are_as_before(folder: Path, write: Any):
+    write(folder / "a.mat", {"simout": simulink("", "")})
+    (one,) = recordings_in(folder)
+    assert set(one.table.columns) == {"simout.time", "simout.signals_0.values", "simout.signals_1.values"}
