@@ -32,6 +32,7 @@ from haptid.measurement.making.prepared import (
     prepare_tables,
 )
 from haptid.measurement.making.times import assume_seconds, with_seconds
+from haptid.measurement.making.users_places import name_users_places
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.naming.encoder_counts import refuse_open_counts
 from haptid.measurement.naming.map_option import parse_map, remarks_on_grad, remarks_on_units
@@ -147,7 +148,7 @@ def _write_checked(out: Path, folder: Path, prepared: list[PreparedTable], answe
         inner = Path(draft) / out.name
         _write(inner, prepared, answers)
         with warnings_on_stderr(renamed=(str(inner), str(folder))):
-            campaign = _check_draft(inner, folder)
+            campaign = _check_draft(inner, folder, prepared)
         refused, remarks = _ask_check(campaign, renamed=(str(inner), str(out)))
         understood = {column: target for one in prepared for column, target in one.targets.items()}
         on_units = [*remarks_on_units(answers.stated), *remarks_on_grad(understood, answers.stated)]
@@ -170,12 +171,13 @@ def _tell_written(written: _Written, out: Path) -> None:
     click.echo(f"to mend before a fit: {written.refused}" if written.refused else f"next: {check}")
 
 
-def _check_draft(draft: Path, folder: Path) -> Campaign:
-    """Read the draft; an error names the user's own tables instead of the draft's."""
+def _check_draft(draft: Path, folder: Path, prepared: list[PreparedTable]) -> Campaign:
+    """Read the draft; an error names the user's own files instead of the draft's."""
     try:
         return read_campaign(draft)
     except InputError as error:
-        where, expected = (words.replace(str(draft), str(folder)) for words in (error.where, error.expected))
+        where = name_users_places(error.where, draft, folder, prepared)
+        expected = error.expected.replace(str(draft), str(folder))
         raise InputError(where, expected=expected, got=error.got, todo=error.todo) from None
 
 

@@ -64,6 +64,8 @@ class PreparedTable:
         Times [s], shape (n_t,).
     travels
         Travel of each free joint [rad] ([m]).
+    source
+        The table that it was made of, which knows the places of its rows in the user's file.
     about
         What was done to its rows, in words for the user.
     """
@@ -77,6 +79,7 @@ class PreparedTable:
     use: str
     t: Array
     travels: tuple[float, ...]
+    source: Table
     about: tuple[str, ...] = ()
 
 
@@ -197,6 +200,7 @@ def _prepare(usable: UsableTable, targets: dict[str, Target], answers: Answers, 
         use=use,
         t=t,
         travels=tuple(_travel(positions, joint) for joint in free),
+        source=table,
         about=usable.about,
     )
 

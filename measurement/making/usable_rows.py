@@ -104,8 +104,7 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
         _count_rows(repeated, f"that repeat{'s' * (repeated == 1)} a time"),
     ]
     about = " and ".join(word for word in words if word)
-    rows = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True))
-    return UsableTable(table=rows, lost=lost, about=(f"without {about}",))
+    return UsableTable(table=table.keep(kept), lost=lost, about=(f"without {about}",))
 
 
 def _mostly_empty(table: Table, needed: Sequence[str], empty: Mask) -> InputError:
@@ -229,8 +228,7 @@ def _less(later: UsableTable, earlier: UsableTable) -> UsableTable:
     # What lies on either side of the shared rows is no one run.
     lost = later.lost[kept] | (np.diff(kept, prepend=kept[0] - 1) > 1)
     said = f"without {here.size} rows that {earlier.table.file_name} has as well"
-    frame = later.table.frame.iloc[kept].reset_index(drop=True)
-    return UsableTable(table=replace(later.table, frame=frame), lost=lost, about=(*later.about, said))
+    return UsableTable(table=later.table.keep(kept), lost=lost, about=(*later.about, said))
 
 
 def cut_at_gaps(usable: UsableTable, taken: Collection[str] = ()) -> list[UsableTable]:
@@ -265,8 +263,7 @@ def cut_at_gaps(usable: UsableTable, taken: Collection[str] = ()) -> list[Usable
     free_names = (name for name in names if name not in taken)
     result = []
     for number, (rows, name) in enumerate(zip(parts, free_names, strict=False), start=1):
-        frame = usable.table.frame.iloc[rows].reset_index(drop=True)
-        table = replace(usable.table, frame=frame, file=name)
+        table = replace(usable.table.keep(rows), file=name)
         result.append(UsableTable(table=table, lost=np.zeros(rows.size, dtype=bool), about=said if number == 1 else ()))
     return result
 

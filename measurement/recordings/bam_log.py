@@ -67,7 +67,7 @@ def read_bam_log(path: Path) -> list[Recording]:
     if str(data.get("motor", "")).lower().startswith("xl330") and "load" in columns:
         load = columns.pop("load")
         columns["duty_0"] = np.where(load >= SIGN, load - UNSIGNED, load) / FULL_DUTY
-    return [recording_of(path, columns, about=_about(data))]
+    return [recording_of(path, columns, about=_about(data), entries="entries")]
 
 
 def may_be_log(path: Path) -> bool:

@@ -37,7 +37,13 @@ class Recording:
 
 
 def recording_of(
-    path: Path, columns: Mapping[str, Array], *, part: str = "", about: str = "", joints: tuple[str, ...] = ()
+    path: Path,
+    columns: Mapping[str, Array],
+    *,
+    part: str = "",
+    about: str = "",
+    joints: tuple[str, ...] = (),
+    entries: str = "",
 ) -> Recording:
     """Return a run as a table.
 
@@ -53,6 +59,8 @@ def recording_of(
         As in `Recording`.
     joints
         Names of joints 0, 1 … of the columns, where the file has them.
+    entries
+        As in `Table`.
 
     Returns
     -------
@@ -69,7 +77,8 @@ def recording_of(
     if rows < THRESHOLDS.least_rows_of_table:
         raise InputError(where, expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{rows}")
     name = f"{path.stem}_{part}" if part else path.stem
-    table = Table(path=Path(where), frame=pd.DataFrame(dict(columns)), file=f"{name}.csv", joints=joints)
+    frame = pd.DataFrame(dict(columns))
+    table = Table(path=Path(where), frame=frame, file=f"{name}.csv", joints=joints, entries=entries)
     return Recording(table=table, about=about)
 
 

@@ -14,13 +14,14 @@ import re
 import warnings
 import zlib
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from haptid.measurement.tables.damage import CORRECT_CELL, DECIMAL_COMMA, damage_in_one_line, refuse_damaged
 from haptid.measurement.tables.layout import check_layout, refuse_bomb, refuse_repeated_names
@@ -86,6 +87,10 @@ class Table:
         Lines before the header, where they were kept.
     joints
         Names of joints 0, 1 … of its columns, where it is of a recording that has them.
+    entries
+        Name of the list in the file whose entries the rows are, which are counted from 0; empty where there is none.
+    rows
+        Index of each row in the file, where others were left out; None where all rows are there.
     """
 
     path: Path
@@ -95,6 +100,8 @@ class Table:
     file: str = ""
     preamble: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
+    entries: str = ""
+    rows: NDArray[np.int_] | None = None
 
     @property
     def file_name(self) -> str:
@@ -117,7 +124,7 @@ class Table:
         return not self.in_memory and self.path.name.endswith((*TEXT_SUFFIXES, *OTHER_TEXT_SUFFIXES))
 
     def row(self, index: int) -> str:
-        """Name a row for an error message: the line of the text file, or the row of any other table, from 1.
+        """Name a row for an error message: the line of the text file, the entry, or the row of any other table, from 1.
 
         Parameters
         ----------
@@ -127,9 +134,28 @@ class Table:
         Returns
         -------
         str
-            File and number; in a text file, the header and the lines before it count.
+            File and number; in a text file, the header and the lines before it count, and rows that were left out do
+            everywhere.
         """
+        index = index if self.rows is None else int(self.rows[index])
+        if self.entries:
+            return f"{self.path}, {self.entries}[{index}]"
         return f"{self.path}, line {self.lines_before + index + 2}" if self.is_text else f"{self.path}, row {index + 1}"
+
+    def keep(self, rows: NDArray[np.int_]) -> Table:
+        """Return the table with some of its rows, which keep their places for error messages.
+
+        Parameters
+        ----------
+        rows
+            Their indices, ascending.
+
+        Returns
+        -------
+        Table
+        """
+        places = rows if self.rows is None else self.rows[rows]
+        return replace(self, frame=self.frame.iloc[rows].reset_index(drop=True), rows=places)
 
     def numbers(self, column: str) -> Array:
         """Return a column as finite numbers.
@@ -176,6 +202,7 @@ class Table:
             return cell
         # Numbers were read as binary: the file is read again, only for this error.
         texts = _read_frame(self.path, as_text=True)
+        index = index if self.rows is None else int(self.rows[index])
         return texts.iloc[index, list(self.frame.columns).index(column)]
 
     def loosely(self, column: str) -> Array:

@@ -296,6 +296,35 @@ def test_damaged_logs_of_bam_are_refused_in_one_line(folder: Path):
     assert "text in UTF-8" in refusal(lambda: bam_log.read_bam_log(path))
 
 
+def refused(folder: Path, *flags: str) -> str:
+    """What the command says where it refuses a folder."""
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--measured", *flags])
+    assert done.exit_code == 2, done.output
+    return done.stderr
+
+
+def test_an_error_in_a_recording_names_the_file_that_is_there(folder: Path):
+    """It named line 9 of a.csv, of a draft that was gone."""
+    log = bam("mx106")
+    log["entries"][7]["load"] = 1770
+    log["entries"] = [entry | {"load": min(entry["load"], 1770)} for entry in log["entries"]]
+    for entry in log["entries"][:7]:
+        entry["load"] = 500
+    (folder / "a.json").write_text(json.dumps(log))
+    assert f"{folder / 'a.json'}, entries[7], column duty_0: expected" in refused(folder, "--map", "load=duty_0*0.001")
+    (folder / "a.json").unlink()
+    duty = np.where(np.arange(ROWS) < 7, 0.5, 1.77)
+    savemat(folder / "a.mat", {"time_s": T, "position_0_rad": POSITION, "duty_0": duty, "supply_V": 12.0 + 0.0 * T})
+    assert f"error: {folder / 'a.mat'}, row 8, column duty_0: expected" in refused(folder)
+
+
+def test_an_error_in_a_table_names_its_line_also_where_rows_were_left_out(folder: Path):
+    rows = [f"{t:.2f};{0.5 if k < 9 else 1.77};{q:.4f};12" for k, (t, q) in enumerate(zip(T, POSITION, strict=True))]
+    rows[3] = rows[3].partition(";")[0] + ";;;"
+    (folder / "a.csv").write_text("\n".join(["a logger", "time_s;duty_0;position_0_rad;supply_V", *rows]) + "\n")
+    assert f"error: {folder / 'a.csv'}, line 12, column duty_0: expected" in refused(folder)
+
+
 @pytest.mark.real("bam_xl330")
 def test_real_logs_of_bam_become_a_campaign(folder: Path):
     # The set's tables are these logs with other names; they are turned back.
