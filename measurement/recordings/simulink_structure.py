@@ -48,7 +48,7 @@ def name_signals(fields: Mapping[str, Any]) -> Mapping[str, Any]:
     return named
 
 
-def _own_labels(signals: Sequence[Mapping[str, Any]], fields: Mapping[str, Any]) -> list[str]:
+def _own_labels(signals: Sequence[Any], fields: Mapping[str, Any]) -> list[str]:
     """Return the label of each signal; an empty text where it has none, or shares it."""
     labels = [label.strip() if isinstance(label := signal.get(LABEL), str) else "" for signal in signals]
     count = Counter([*labels, *fields, *(f"{SIGNALS}_{number}" for number in range(len(signals)))])
