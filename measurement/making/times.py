@@ -12,7 +12,7 @@ import pandas as pd
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import QUANTITIES, understand_column
 from haptid.measurement.tables.misnamed import looks_like_time
-from haptid.measurement.tables.table import DOTTED_DATE, ISO_DATE, UNCERTAIN_DATE, WRITE_ISO, Table
+from haptid.measurement.tables.table import DOTTED_DATE, ISO_DATE, SLASHED_DATE, UNCERTAIN_DATE, WRITE_ISO, Table
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
@@ -25,7 +25,7 @@ COUNTER = 2.0**32
 def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str]:
     """Return a table whose dates (with the time of day) or durations are seconds from its first row.
 
-    Dates are read as ISO 8601 has them, and with dots, where the day comes first.
+    Dates are read as ISO 8601 has them, with dots, where the day comes first, and with slashes after the year.
 
     Parameters
     ----------
@@ -193,21 +193,26 @@ def _holds_dates(cells: pd.Series) -> bool:
 
 
 def _is_date(cell: object) -> bool:
-    return isinstance(cell, str) and any(form.fullmatch(cell) for form in (ISO_DATE, DOTTED_DATE, UNCERTAIN_DATE))
+    forms = (ISO_DATE, DOTTED_DATE, SLASHED_DATE, UNCERTAIN_DATE)
+    return isinstance(cell, str) and any(form.fullmatch(cell) for form in forms)
 
 
 def _in_iso(cells: pd.Series) -> pd.Series:
-    """Write dates with dots as ISO 8601 has them; other cells stay as they are."""
+    """Write dates with dots, or with slashes after the year, as ISO 8601 has them; other cells stay as they are."""
     if pd.api.types.is_datetime64_any_dtype(cells.dtype):
         return cells
     return cells.map(_date_in_iso, na_action="ignore")
 
 
 def _date_in_iso(cell: object) -> object:
-    found = DOTTED_DATE.fullmatch(cell) if isinstance(cell, str) else None
-    if found is None:
+    if not isinstance(cell, str):
         return cell
-    day, month, year, time = found.groups()
+    if found := DOTTED_DATE.fullmatch(cell):
+        day, month, year, time = found.groups()
+    elif found := SLASHED_DATE.fullmatch(cell):
+        year, month, day, time = found.groups()
+    else:
+        return cell
     hour, _, rest = time.partition(":")
     return f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:{rest.replace(',', '.')}"
 

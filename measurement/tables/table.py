@@ -43,6 +43,8 @@ ISO_DATE = re.compile(
 _DAY_TIME = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?"
 DOTTED_DATE = re.compile(rf"\s*(\d{{1,2}})\.(\d{{1,2}})\.(\d{{4}})[T ]+({_DAY_TIME})\s*", re.IGNORECASE)
 """A date with the time of day, its parts between dots: the day comes first. Groups: day, month, year, time of day."""
+SLASHED_DATE = re.compile(rf"\s*(\d{{4}})/(\d{{1,2}})/(\d{{1,2}})[T ]+({_DAY_TIME})\s*", re.IGNORECASE)
+"""The same, its parts between slashes: the year comes first. Groups: year, month, day, time of day."""
 UNCERTAIN_DATE = re.compile(
     rf"\s*\d{{1,2}}([./-])\d{{1,2}}\1(?:\d{{4}}|\d{{2}})[T, ]+{_DAY_TIME}\s*(?:[AP]M)?\s*", re.IGNORECASE
 )
@@ -55,6 +57,7 @@ TODO_BY_CELL = (
     (re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE), DECIMAL_COMMA),
     (ISO_DATE, READ_BY_INIT),
     (DOTTED_DATE, READ_BY_INIT),
+    (SLASHED_DATE, READ_BY_INIT),
     (UNCERTAIN_DATE, WRITE_ISO),
 )  # fmt: skip
 """Forms of a cell that is no number, and what to do about them; the first match decides."""

@@ -97,6 +97,13 @@ def test_dates_with_dots_are_of_the_day_that_comes_first(tmp_path: Path):
     np.testing.assert_array_equal(days[:3], [0.0, -29.0, -61.0])
 
 
+def test_dates_with_slashes_after_the_year_are_read(tmp_path: Path):
+    rows = ["stamp;Moment [Nm];Winkel [°]", *(f"2026/{1 + k % 2}/{12 - k} 9:00:00,5;0,5;0,{k}" for k in range(ROWS))]
+    (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
+    table, _ = with_seconds(read_logged_table(tmp_path / "a.csv")[0])
+    np.testing.assert_array_equal(table.numbers("time_s")[:3] / 86400.0, [0.0, 30.0, -2.0])
+
+
 @pytest.mark.parametrize("date", ["03/12/2026", "3-12-2026", "12.03.26"])
 def test_a_date_whose_order_is_not_certain_is_refused_at_once(tmp_path: Path, date: str):
     """The advice to name its column led to a second error."""
