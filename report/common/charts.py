@@ -23,6 +23,7 @@ from matplotlib.ticker import LogFormatter, ScalarFormatter
 
 from haptid.measurement.values.run import Array
 from haptid.report.common.decimation import Rows, dots_to_draw, points_to_draw, rows_to_draw
+from haptid.report.common.marks import marks_of
 from haptid.report.common.page import Curve, Fill, Numbers, Panel, Picture
 from haptid.report.common.style import INKS, data_uri
 
@@ -83,7 +84,8 @@ def picture_of(made: Figure, *, caption: str, alt: str, for_phones: Figure | Non
     Returns
     -------
     Picture
-        With panels for an interactive view where every axis holds only curves, level lines and shaded bands.
+        With panels for an interactive view where every axis holds only curves, level lines and shaded bands, and with
+        the marks that `tell` has put there.
     """
     panels = panels_of(made)
     thin_curves(made)
@@ -91,7 +93,14 @@ def picture_of(made: Figure, *, caption: str, alt: str, for_phones: Figure | Non
     uri_for_phones = "" if for_phones is None else data_uri(for_phones)
     width = readable_width(made if for_phones is None else for_phones)
     return Picture(
-        uri=uri, caption=caption, alt=alt, panels=panels, uri_for_phones=uri_for_phones, readable_width=width
+        uri=uri,
+        caption=caption,
+        alt=alt,
+        panels=panels,
+        uri_for_phones=uri_for_phones,
+        readable_width=width,
+        marks=marks_of(made),
+        marks_for_phones=() if for_phones is None else marks_of(for_phones),
     )
 
 

@@ -14,11 +14,13 @@
     return found;
   };
   const faint = (f) => ink(f.ink) + Math.round(255 * f.opacity).toString(16).padStart(2, "0");
+  // Steps of an axis far within a zoom differ in a later digit than three decimals show.
+  const plain = (u, splits) => splits.map((x) => (x == null ? "" : String(Number(x.toPrecision(10)) || 0)));
   const written = (u, x) => (x == null ? "–" : String(Number(x.toPrecision(4))));
 
   const axis = (label, log) => ({
     label, labelFont: FONT, font: FONT, labelSize: 16, gap: 3, stroke: ink("text"), ticks: { stroke: ink("axis"), width: 1, size: 4 },
-    grid: { stroke: ink("grid"), width: 1 }, size: 22, ...(log ? { splits: decades, values: (u, splits) => splits.map((x) => (String(x).match(/^[0.]*1[0e-]*/) ? String(x) : "")) } : {}),
+    grid: { stroke: ink("grid"), width: 1 }, size: 22, ...(log ? { splits: decades, values: (u, splits) => splits.map((x) => (String(x).match(/^[0.]*1[0e-]*/) ? String(x) : "")) } : { values: plain }),
   });
 
   // A long label of the y axis is written smaller, so that no part of it lies beyond the plot.
@@ -57,6 +59,22 @@
     return null;
   };
 
+  // The point of a curve in a plane that stands next to the pointer; its rows are not in the order of its abscissa.
+  const nearest = (u, index) => {
+    const { left, top } = u.cursor;
+    if (index === 0 || left < 0) { return null; }
+    const [xs, ys] = u.data[index];
+    let best = null, least = Infinity;
+    xs.forEach((x, i) => {
+      if (x == null || ys[i] == null) { return; }
+      const far = Math.hypot(u.valToPos(x, "x") - left, u.valToPos(ys[i], "y") - top);
+      if (far < least) { [best, least] = [i, far]; }
+    });
+    return best;
+  };
+  const unitless = (label) => (label || "").split(" [")[0];
+  const pair = (panel) => (u, _, index, i) => (i == null ? "–" : `${unitless(panel.x_label) || "x"} ${written(u, u.data[index][0][i])}, ${unitless(panel.y_label) || "y"} ${written(u, u.data[index][1][i])}`);
+
   const scale = (range, log) => ({ time: false, auto: false, distr: log ? 3 : 1, min: range[0], max: range[1], range: (u, low, high) => [low ?? range[0], high ?? range[1]] });
 
   // After a zoom in time the ordinate follows what is seen; without zoom it is that of the still picture.
@@ -80,7 +98,7 @@
     const named = curves.some((c) => c.label);
     const series = curves.map((c) => ({
       label: c.label || panel.y_label || "y", class: c.label || !named ? null : "edge", stroke: ink(c.ink), fillMark: faint(c), width: c.width, alpha: c.opacity, dash: c.dashed ? [5, 4] : undefined,
-      points: { show: c.dots && panel.joint, size: 3, fill: ink(c.ink) }, value: written,
+      points: { show: c.dots && panel.joint, size: 3, fill: ink(c.ink) }, value: panel.joint ? written : pair(panel),
       ...(panel.joint ? (c.dots ? { paths: () => null } : {}) : { facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }], paths: drawPlane(c) }),
     }));
     const reset = (u) => { u.batch(() => { u.setScale("x", { min: panel.x_range[0], max: panel.x_range[1] }); u.setScale("y", { min: panel.y_range[0], max: panel.y_range[1] }); }); };
@@ -91,10 +109,10 @@
       axes: [axis(panel.x_label, panel.x_log), { ...axis(panel.y_label, panel.y_log), labelFont: fitted(panel.y_label || "", height), size: 56 }],
       series: [panel.joint ? { label: panel.x_label || "x", value: written } : {}, ...fills.map(() => ({ class: "edge", width: 0, points: { show: false } })), ...series],
       bands: panel.fills.map((f, i) => ({ series: [2 * i + 1, 2 * i + 2], fill: faint(f) })),
-      legend: { live: panel.joint, markers: { width: 0, fill: (u, i) => u.series[i].fillMark } }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },
+      legend: { markers: { width: 0, fill: (u, i) => u.series[i].fillMark } }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },
       cursor: {
-        drag: { x: true, y: !panel.joint }, points: { show: panel.joint }, bind: { dblclick: () => () => { group(key).forEach((goBack) => goBack()); return null; } },
-        ...(panel.joint ? { sync: { key, scales: ["x", null] } } : {}),
+        drag: { x: true, y: !panel.joint }, bind: { dblclick: () => () => { group(key).forEach((goBack) => goBack()); return null; } },
+        ...(panel.joint ? { sync: { key, scales: ["x", null] } } : { dataIdx: nearest, points: { size: 7 } }),
       },
     };
     const made = new uPlot(options, data, box);
@@ -139,9 +157,48 @@
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   let width = innerWidth;
   addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; drawn.forEach(({ plots }) => plots.forEach(([plot, box]) => plot.setSize({ width: Math.max(box.clientWidth, 200), height: plot.height }))); } });
-  if (stores.length) {
-    const hint = document.createElement("p");
-    hint.className = "hint"; hint.textContent = "Figures: drag over a part to enlarge it, double-click to go back; the line below a figure reads its values at the pointer.";
-    document.querySelector("nav").after(hint);
-  }
+
+  // A still picture tells the mark next to the pointer; with arrow keys, one mark after another.
+  const beyond = (low, high, place) => Math.max(low - place, 0, place - high);
+  const tellMarks = (store) => {
+    const figure = store.parentElement, still = figure.querySelector(".still"), image = still.querySelector("img"), line = figure.querySelector(".told");
+    const both = JSON.parse(store.textContent), spot = document.createElement("span");
+    const marks = () => both[image.currentSrc === image.src ? 0 : 1];
+    let told = -1;
+    const tell = (number) => {
+      told = number;
+      const [x, y, text] = marks()[number];
+      if (!spot.parentElement) { spot.className = "spot"; still.append(spot); }
+      spot.style.left = x * image.clientWidth + "px"; spot.style.top = y * image.clientHeight + "px";
+      line.textContent = text;
+    };
+    line.textContent = "–";
+    still.addEventListener("pointermove", (event) => {
+      const box = image.getBoundingClientRect();
+      const far = marks().map(([, , , [left, top, right, bottom]]) => Math.hypot(
+        box.width * beyond(left, right, (event.clientX - box.left) / box.width), box.height * beyond(top, bottom, (event.clientY - box.top) / box.height)));
+      tell(far.indexOf(Math.min(...far)));
+    });
+    still.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key], count = marks().length;
+      if (step) { event.preventDefault(); tell(told < 0 ? (step > 0 ? 0 : count - 1) : (told + step + count) % count); }
+    });
+  };
+  const marked = [...document.querySelectorAll("script.marks")];
+  marked.forEach(tellMarks);
+
+  // A cell of a matrix tells the names of its row and its column.
+  const cells = document.querySelectorAll("td.shade");
+  cells.forEach((cell) => cell.addEventListener("pointerenter", () => {
+    cell.title = cell.parentElement.cells[0].textContent + ", " + cell.dataset.label + ": " + cell.textContent;
+  }));
+
+  const hints = [];
+  if (stores.length) { hints.push("Figures of curves: drag over a part to enlarge it, double-click to go back; the line below reads values at the pointer."); }
+  if (marked.length) { hints.push("Figures of bars and intervals: the line below tells the value next to the pointer; arrow keys go from one to the next."); }
+  if (cells.length) { hints.push("Matrices: a cell under the pointer tells its row and column."); }
+  if (document.querySelectorAll("figure").length > stores.length + marked.length) { hints.push("Other figures are still pictures."); }
+  const hint = document.createElement("p");
+  hint.className = "hint"; hint.textContent = hints.join(" ");
+  document.querySelector("nav").after(hint);
 })();

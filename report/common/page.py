@@ -27,7 +27,7 @@ _ENVIRONMENT = jinja2.Environment(
 HEADERS_OF_CARDS = ("status", "verdict", "outcome", "95 % interval", "change in percent")
 """Columns by which a table has more to say in a row than a phone is wide."""
 SCRIPTS = ("uPlot.iife.min.js", "page.js")
-"""Scripts of a page with an interactive picture: the library, and what feeds it."""
+"""Scripts of a page with a picture that enlarges or tells values: the library, and what feeds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,6 +228,26 @@ class Panel:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Mark:
+    """A point of a still picture with what a page tells there.
+
+    Parameters
+    ----------
+    x, y
+        Place from the left and from the top over the picture's width and height [1].
+    text
+        Name and value.
+    box
+        Left, top, right and bottom of where a pointer is at the mark, as ``x`` and ``y`` are.
+    """
+
+    x: float
+    y: float
+    text: str
+    box: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
     """An embedded picture of a page.
 
@@ -246,6 +266,8 @@ class Picture:
     readable_width
         Least width at which the letters of what a phone shows can be read [pixel]; the picture scrolls where a phone is
         narrower.
+    marks, marks_for_phones
+        What a script tells at the pointer over the picture, and over that for phones; none where empty.
     """
 
     uri: str
@@ -254,6 +276,8 @@ class Picture:
     panels: Sequence[Panel] = ()
     uri_for_phones: str = ""
     readable_width: int = 0
+    marks: Sequence[Mark] = ()
+    marks_for_phones: Sequence[Mark] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -311,7 +335,8 @@ class Page:
     def html(self) -> str:
         """The page as HTML."""
         pictures = [picture for section in self.sections for picture in section.pictures]
-        scripts = [_asset(name) for name in SCRIPTS] if any(picture.panels for picture in pictures) else []
+        answering = any(picture.panels or picture.marks for picture in pictures)
+        scripts = [_asset(name) for name in SCRIPTS] if answering else []
         return _ENVIRONMENT.get_template("page.html.j2").render(
             page=self,
             words=_words_in(self._tables()),
@@ -354,6 +379,12 @@ def _write_panels(panels: Sequence[Panel]) -> Markup:
     return htmlsafe_json_dumps([asdict(panel) for panel in panels])
 
 
+def _write_marks(picture: Picture) -> Markup:
+    """Write the marks of a picture as JSON, those for a screen and those for a phone."""
+    both = (picture.marks, picture.marks_for_phones or picture.marks)
+    return htmlsafe_json_dumps([[(mark.x, mark.y, mark.text, mark.box) for mark in marks] for marks in both])
+
+
 def _with_breaks(name: str) -> Markup:
     """Let the name of a file go on in the next line before a dot and after an underscore, and not within a word."""
     place = Markup("<wbr>")
@@ -362,4 +393,5 @@ def _with_breaks(name: str) -> Markup:
 
 
 _ENVIRONMENT.filters["as_json"] = _write_panels
+_ENVIRONMENT.filters["marks_as_json"] = _write_marks
 _ENVIRONMENT.filters["with_breaks"] = _with_breaks

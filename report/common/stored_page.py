@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from haptid.report.common.page import Cell, Curve, Fill, Numbers, Page, Panel, Picture, Section, Table
+from haptid.report.common.page import Cell, Curve, Fill, Mark, Numbers, Page, Panel, Picture, Section, Table
 from haptid.report.common.words import WORDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content, write_bytes, write_text
@@ -126,10 +126,13 @@ def _section_from(data: dict[str, Any]) -> Section:
 
 def _picture_from(data: dict[str, Any]) -> Picture:
     panels = [_panel_from(panel) for panel in data.get("panels", ())]
+    marks: dict[str, Any] = {
+        name: [Mark(**mark) for mark in data[name]] for name in ("marks", "marks_for_phones") if name in data
+    }
     if "small" in data:  # pages of November 2026 have this in place of a width
         known = {name: value for name, value in data.items() if name != "small"}
         return Picture(**{**known, "panels": panels, "readable_width": 0 if data["small"] else WIDTH_OF_LARGE_PICTURES})
-    return Picture(**{**data, "panels": panels})
+    return Picture(**{**data, **marks, "panels": panels})
 
 
 def _panel_from(data: dict[str, Any]) -> Panel:

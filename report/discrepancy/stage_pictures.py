@@ -13,6 +13,7 @@ from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.stages import Staged
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.report.common.charts import picture_of
+from haptid.report.common.marks import tell
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, BAND, RESIDUAL, figure, png, style
 from haptid.report.discrepancy.motion_pictures import before_after_figure, residual_unit
@@ -103,7 +104,11 @@ def scores_figure(scan: Scan) -> Figure:
     with style():
         made = figure(6.5, 0.6 + 0.22 * len(shown))
         axis = made.subplots()
-        axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, SMALLEST_P_DRAWN)) for s in shown], color=RESIDUAL)
+        bars = axis.barh(
+            [s.key for s in shown], [-np.log10(max(s.family_p, SMALLEST_P_DRAWN)) for s in shown], color=RESIDUAL
+        )
+        for row, (bar, score) in enumerate(zip(bars.patches, shown, strict=True)):
+            tell(axis, bar.get_width(), row, f"{score.key}: p = {score.family_p:.2g}", "row")
         axis.axvline(-np.log10(THRESHOLDS.candidate.family_wise_p_value), color=ACCENT, ls="--")
         axis.tick_params(axis="y", labelsize=7)
         axis.set_xlabel("−log₁₀ p over the whole catalogue")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from haptid.discrepancy.detect.localise import AXES, Map
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
+from haptid.report.common.marks import tell
 from haptid.report.common.page import Picture
 from haptid.report.common.style import MEASURED, RESIDUAL, figure, style
 
@@ -90,8 +92,21 @@ def draw_shares(axis: Axes, m: Map, prismatic: Sequence[bool]) -> None:
     axis.bar(edges[:-1], gap, np.diff(edges), align="edge", color=RESIDUAL, alpha=0.75, label="of the gap")
     axis.stairs(rows, edges, color=MEASURED, lw=0.8, label="of the samples")
     name, unit = AXES[m.variable]
-    axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]" if unit else name, fontsize=8)
+    shown = f"{name} [{unit_for(unit, prismatic)}]" if unit else name
+    axis.set_xlabel(shown, fontsize=8)
+    for k, (low, high) in enumerate(pairwise(edges)):
+        told = f"{shown} {_place(m, k, low, high)}: {gap[k]:.1f} % of the gap, {rows[k]:.1f} % of the samples"
+        tell(axis, (low + high) / 2, gap[k], told, "column")
     _ticks(axis, m)
+
+
+def _place(m: Map, k: int, low: float, high: float) -> str:
+    """Write where a bin is: its name, its cycle, or its ends."""
+    if m.labels:
+        return m.labels[k]
+    if m.variable == "cycle":
+        return f"{(low + high) / 2:.3g}"
+    return f"{low:.3g} to {high:.3g}"
 
 
 def _ticks(axis: Axes, m: Map) -> None:

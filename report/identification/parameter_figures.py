@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array
 from haptid.report.common.charts import WIDTH_ON_A_PHONE, picture_of
+from haptid.report.common.marks import tell
 from haptid.report.common.page import Picture, Table
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
@@ -106,8 +107,11 @@ def interval_figure(ids: list[str], widths: Array, identified: list[bool], width
             colour, sign = (SIMULATED, "o") if identified[i] else (ACCENT, "D")
             axis.plot([LEAST_DRAWN, shown], [row, row], color=colour, lw=1.2)
             axis.plot([shown], [row], sign, ms=5, color=colour)
-            told = f"± {widths[i]:.2g} %" if widths[i] <= LARGEST_TOLD else f"> {LARGEST_TOLD:g} %"
+            rounded = float(f"{widths[i]:.2g}")
+            told = f"± {rounded:g} %" if widths[i] <= LARGEST_TOLD else f"> {LARGEST_TOLD:g} %"
             axis.text(1.15 * LARGEST_DRAWN, row, told, va="center", fontsize=8)
+            doubt = "" if identified[i] else " (not identified, or the model does not fit)"
+            tell(axis, shown, row, f"{ids[i]}: {told} of the value{doubt}", "row")
         axis.set_xscale("log")
         axis.set_xlim(LEAST_DRAWN, LARGEST_DRAWN)
         axis.set_yticks(range(len(ids)), [ids[i] for i in order], fontsize=8)

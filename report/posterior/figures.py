@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from haptid.measurement.values.run import Array
+from haptid.report.common.cycles import tell_cycles
+from haptid.report.common.marks import tell
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from haptid.support.linear_algebra import largest_magnitude
 from haptid.support.numbers import choose_unit
@@ -111,6 +113,8 @@ def draw_widths(axis: Axes, names: Sequence[str], posterior: Array, prior: Array
         axis.barh(row, min(prior[i], 1000.0) - low, left=low, color=BAND, height=0.75)
         axis.barh(row, min(posterior[i], 1000.0) - low, left=low, color=SIMULATED, height=0.75)
         axis.text(1050.0, row, f"± {posterior[i]:.2g} %", va="center", fontsize=7)
+        told = f"{names[i]}: ± {posterior[i]:.3g} % with the data, ± {prior[i]:.3g} % by the prior alone"
+        tell(axis, min(posterior[i], 1000.0), row, told, "row")
     axis.set_xscale("log")
     axis.set_xlim(low, 1000.0)
     axis.set_yticks(range(len(names)), [names[i] for i in order], fontsize=7)
@@ -273,9 +277,10 @@ def cycles(parts: Sequence[Bands], scatter: Array) -> Figure | None:
         place = 0
         for part in parts:
             mean, std = part.cycle_factors.T
-            at = place + np.arange(len(mean))
+            at = place + np.arange(len(mean), dtype=float)
             colour = SIMULATED if part.run.use == "fit" else ACCENT
             left.errorbar(at, 100 * (mean - 1), 196 * std, fmt="o", ms=3, lw=1, color=colour)  # 1.96 std in percent
+            tell_cycles(left, at, f"{part.run.file} ({part.run.use})", mean - 1, std)
             left.text(place, 1.0, part.run.file, fontsize=5, rotation=20, transform=left.get_xaxis_transform())
             place += len(mean) + 1
         left.axhline(0, color=MEASURED, lw=0.6)

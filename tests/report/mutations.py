@@ -224,6 +224,7 @@ DIAGNOSIS = (
         "identification/test_identification_pages.py",
         ("intervals of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
         ("a correlation of the other sign", 'f"{c:+.2f}"', 'f"{-c:+.2f}"'),
+        ("doubt told of what is known", '"" if identified[i] else " (not', '"" if not identified[i] else " (not'),
     ),
     *of(
         "identification/friction_figures.py",
@@ -241,6 +242,7 @@ DIAGNOSIS = (
         "common/cycles.py",
         "identification/test_residual_figures.py",
         ("cycles with 1 σ", "196 * one.std", "100 * one.std"),
+        ("cycles told with 1 σ", "196 * error", "100 * error"),
     ),
 )
 PLAIN = of(
@@ -285,11 +287,18 @@ PICTURES = (
         ("the band of 50 %", "part.lower[-1], part.upper[-1]", "part.lower[0], part.upper[0]"),
         ("cycles with 1 σ", "196 * std", "100 * std"),
         ("coverage for what is not covered", "{100 * c:.1f}", "{100 - 100 * c:.1f}"),
+        ("the prior told for the posterior", "{posterior[i]:.3g} % with", "{prior[i]:.3g} % with"),
     ),
     *of(
         "discrepancy/stage_pictures.py",
         "discrepancy/test_discrepancy_page.py",
         ("the final model's residual", "(curve.run.y[:, 0] - curve.before)", "(curve.run.y[:, 0] - curve.after)"),
+        ("scores told in per cent", "{score.family_p:.2g}", "{100 * score.family_p:.2g}"),
+    ),
+    *of(
+        "discrepancy/where_pictures.py",
+        "discrepancy/test_discrepancy_page.py",
+        ("samples told for the gap", "{gap[k]:.1f} % of the gap", "{rows[k]:.1f} % of the gap"),
     ),
 )
 CALIBRATION = of(

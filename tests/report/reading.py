@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from haptid.report.common import page as pages
 from haptid.report.common import style
+from haptid.report.common.marks import Told
 from haptid.report.common.page import Page
 
 OWN_SCRIPTS = tuple(pages._asset(name) for name in pages.SCRIPTS)
@@ -202,3 +204,8 @@ def ends_of_area(area) -> list[float]:
     """Return the least and the largest ordinate of a filled area, to six digits."""
     ordinates = area.get_paths()[0].vertices[:, 1]
     return [float(f"{y:.6g}") for y in (ordinates.min(), ordinates.max())]
+
+
+def told_in(axis: Axes) -> list[str]:
+    """Return what a page tells at the marks of an axis."""
+    return [told.text for told in axis.artists if isinstance(told, Told)]

@@ -6,6 +6,7 @@ import base64
 import io
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -48,6 +49,8 @@ def all_kinds_of_figures():
     loop = figure()
     axis = loop.subplots()
     axis.plot(np.cos(t), np.tanh(9 * np.cos(t)) + 0.1 * np.sin(t), color=ACCENT, label="friction")
+    axis.set_xlabel("speed [rad/s]")
+    axis.set_ylabel("friction [N m]")
     yield picture_of(loop, caption="A loop.", alt="friction over speed")
     logarithmic = figure()
     axis = logarithmic.subplots()
@@ -359,6 +362,106 @@ def test_a_drag_enlarges_all_panels_of_a_run_and_a_double_click_goes_back(visit,
     shown.wait_for_timeout(100)
     # The positions of letters may differ by a part of a pixel.
     assert max(np.mean(np.abs(drawn(k) - before[k]).max(axis=2) > 0.1) for k in range(3)) < 0.002
+
+
+def test_a_loop_is_enlarged_in_both_directions_and_tells_the_points_next_to_the_pointer(visit, path):
+    shown = visit(path, 1280)
+    loop = shown.locator("figure", has=shown.locator("img[alt='friction over speed']"))
+    loop.scroll_into_view_if_needed()
+    box = loop.locator(".u-over").bounding_box()
+
+    def point() -> tuple[float, float]:
+        shown.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.25 * box["height"])
+        told = loop.locator(".u-value").inner_text()
+        x, y = re.fullmatch(r"speed ([-0-9.e]+), friction ([-0-9.e]+)", told).groups()
+        return float(x), float(y)
+
+    x, y = point()
+    assert abs(x) < 0.2
+    assert 0.4 < y < 0.8
+    shown.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 2)
+    shown.mouse.down()
+    shown.mouse.move(box["x"] + box["width"] - 2, box["y"] + 0.3 * box["height"], steps=4)
+    shown.mouse.up()
+    x, y = point()
+    assert x > 0.5
+    assert y > 0.9
+    loop.locator(".u-over").dblclick(position={"x": 60, "y": 40})
+    assert abs(point()[0]) < 0.2
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_picture_of_intervals_tells_the_value_at_the_pointer_and_by_keys(visit, path, width):
+    shown = visit(path, width)
+    bars = shown.locator("figure", has=shown.locator("img[alt='width of each interval']"))
+    bars.scroll_into_view_if_needed()
+    box, line = bars.locator("img").bounding_box(), bars.locator(".told")
+    shown.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 5)
+    assert line.inner_text() == "Ks: ± 210 % of the value (not identified, or the model does not fit)"
+    shown.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.6 * box["height"])
+    assert line.inner_text() == "inertia: ± 0.3 % of the value"
+    spot = bars.locator(".spot").bounding_box()
+    assert box["x"] < spot["x"] < box["x"] + box["width"]
+    assert box["y"] < spot["y"] < box["y"] + box["height"]
+    cycles = shown.locator("figure", has=shown.locator("img[alt='joint 4, amplitudes of cycles']"))
+    cycles.locator(".still").focus()
+    told = []
+    for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft"):
+        shown.keyboard.press(key)
+        told.append(cycles.locator(".told").inner_text())
+    first, second = "a.csv (fit), cycle 1: +10 ± 9.8 %", "a.csv (fit), cycle 2: -20 ± 9.8 %"
+    assert told == [first, second, first, second]
+
+
+def test_a_cell_of_a_matrix_tells_its_row_and_its_column(visit, path):
+    shown = visit(path, 1280)
+    cell = shown.locator("td.shade").nth(1)
+    cell.hover()
+    assert cell.get_attribute("title") == "p0, p1: -0.33"
+
+
+@pytest.mark.parametrize(
+    ("kinds", "said"),
+    [
+        ("loop", ["curves"]),
+        ("intervals", ["bars and intervals"]),
+        ("loop intervals still matrix", ["curves", "bars and intervals", "Matrices", "still"]),
+        ("still", []),
+        ("", []),
+    ],
+)
+def test_the_hint_promises_what_the_figures_of_the_page_do(visit, tmp_path, kinds, said):
+    drawn = list(all_kinds_of_figures())
+    bars = figure()
+    bars.subplots().bar([1.0], [1.0])
+    by_kind = {"loop": drawn[1], "intervals": drawn[3], "still": picture_of(bars, caption="Bars.", alt="bars")}
+    pictures = [picture for kind, picture in by_kind.items() if kind in kinds]
+    matrix = Table(header=["", "p0"], rows=[["p0", "+1.00"]], caption="Correlations", shades=[[0.0]])
+    section = Section(title="s", anchor="s", pictures=pictures, tables=[matrix] if "matrix" in kinds else [])
+    page = Page(title="t", lead="l", sections=[section], synthetic=None)
+    hint = visit(write_page(tmp_path / "report.html", page), 1280).locator(".hint")
+    told = hint.inner_text() if hint.count() else ""
+    assert [word for word in ("curves", "bars and intervals", "Matrices", "still") if word in told] == said
+
+
+def test_on_paper_a_caption_stays_with_its_table_and_a_matrix_on_its_page(visit, tmp_path):
+    short, long = (Table(header=["a", "b"], rows=[["1", "2"]] * rows, caption="Rows") for rows in (12, 13))
+    matrix = replace(long, caption="Correlations", shades=[[0.5]] * 13)
+    page = Page(title="t", lead="l", sections=[Section(title="s", tables=[short, long, matrix])], synthetic=None)
+    shown = visit(write_page(tmp_path / "report.html", page), 1280)
+    shown.emulate_media(media="print")
+    style = "(one, name) => getComputedStyle(one)[name]"
+    assert {one.evaluate(style, "breakAfter") for one in shown.locator("caption, thead").all()} == {"avoid"}
+    assert [one.evaluate(style, "breakInside") for one in shown.locator(".scroll").all()] == ["avoid", "auto", "avoid"]
+
+
+def test_on_paper_nothing_tells_values(visit, path):
+    shown = visit(path, 1280)
+    shown.locator(".still:visible").first.hover()
+    whole = shown.locator(".told:visible, .spot:visible, .hint:visible")
+    assert whole.count() == 4
+    shown.emulate_media(media="print")
+    assert whole.count() == 0
 
 
 def test_without_scripts_every_figure_is_a_still_picture(visit, path):

@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from haptid.report.common.charts import LARGEST_STEP, panels_of, picture_of, thin_curves
 from haptid.report.common.decimation import dots_to_draw, points_to_draw, rows_to_draw
+from haptid.report.common.marks import tell
 from haptid.report.common.page import Cell, Numbers, Page, Section, Table
 from haptid.report.common.stored_page import content_of, read_page, write_page
 from haptid.report.common.style import ACCENT, BAND, SIMULATED, figure, svg
@@ -152,6 +153,42 @@ def test_what_is_no_curve_stays_a_still_picture(draw):
     else:
         axis.imshow(np.eye(2))
     assert picture_of(made, caption="c", alt="a").panels == ()
+
+
+@pytest.mark.parametrize(("x", "place"), [(1.0, 0.0), (10.0, 0.5), (100.0, 1.0), (1e6, 1.0)])
+def test_a_mark_lies_where_its_point_is_drawn_and_draws_nothing(x, place):
+    def drawn(*, told: bool):
+        made = figure(4.0, 2.0)
+        made.set_layout_engine("none")
+        axis = made.add_axes((0.25, 0.5, 0.5, 0.25))
+        axis.set_xscale("log")
+        axis.set_xlim(1.0, 100.0)
+        axis.set_ylim(0.0, 1.0)
+        axis.bar([2.0], [0.5])
+        if told:
+            tell(axis, x, 1.0, "a <b>", "row")
+        return picture_of(made, caption="c", alt="a")
+
+    (mark,) = drawn(told=True).marks
+    assert mark.box == pytest.approx((0.25, mark.y, 0.75, mark.y))
+    assert (mark.x, mark.y, mark.text) == (pytest.approx(0.25 + 0.5 * place), pytest.approx(0.25), "a <b>")
+    assert drawn(told=True).uri == drawn(told=False).uri
+
+
+def test_marks_survive_storing_and_bring_the_scripts(tmp_path):
+    def made(width: float):
+        drawn = figure(width)
+        axis = drawn.subplots()
+        axis.bar([1.0], [2.0])
+        tell(axis, 1.0, 2.0, "</script>")
+        return drawn
+
+    picture = picture_of(made(8.0), caption="c", alt="a", for_phones=made(4.0))
+    assert picture.marks[0] != picture.marks_for_phones[0]
+    page = Page(title="t", lead="l", sections=[Section(title="s", pictures=[picture])], synthetic=None)
+    path = write_page(tmp_path / "report.html", page)
+    assert read_page(path).html == path.read_text(encoding="utf-8")
+    assert page.html.count("</script>") == 3
 
 
 def test_a_still_picture_follows_light_and_dark_paper_and_keeps_its_words():

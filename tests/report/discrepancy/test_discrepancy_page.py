@@ -32,7 +32,7 @@ from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import gap_picture, scores_picture
 from haptid.report.discrepancy.where_pictures import draw_shares, localisation_figure, localisation_picture
 from tests.report.known import MAPPED, STIFFNESS, known_equations, known_maps, known_run
-from tests.report.reading import Seen, ends_of_band, render
+from tests.report.reading import Seen, ends_of_band, render, told_in
 
 
 def trial(keys: tuple[str, ...], bic: float, score: float, values: dict[str, float], *, p: float = 0.3) -> Trial:
@@ -418,6 +418,9 @@ def test_the_pictures_draw_what_was_found(page):
     for axis, (share, rows) in zip(where.axes, MAPPED.values(), strict=True):
         assert [bar.get_height() for bar in axis.containers[0]] == pytest.approx(share)
         assert axis.patches[-1].get_data().values.tolist() == pytest.approx(rows)
+        shares = [f"{a:.1f} % of the gap, {b:.1f} % of the samples" for a, b in zip(share, rows, strict=True)]
+        assert [told.partition(": ")[2] for told in told_in(axis)] == shares
+    assert told_in(where.axes[0])[0].startswith("position [rad] 0 to 0.4: ")
 
 
 def pictured() -> Page:
@@ -430,6 +433,7 @@ def test_the_pictures_of_the_stages_draw_the_same():
     assert [float(f"{y:.6g}") for y in gap.axes[0].lines[0].get_ydata()] == [30.0, 50.0, 10.0, -10.0]
     assert ends_of_band(gap.axes[0]) == [-0.4, 0.4]
     assert [bar.get_width() for bar in scores.axes[0].containers[0]] == pytest.approx([-np.log10(0.017), 16.0])
+    assert [told.partition(": ")[2] for told in told_in(scores.axes[0])] == ["p = 0.017", "p = 1e-30"]
 
 
 def test_a_variable_of_one_bin_is_not_drawn():

@@ -41,7 +41,7 @@ from haptid.support.listener import Listener
 from haptid.support.numbers import plain
 from haptid.support.tables import text_of
 from tests.report.known import STIFFNESS, T, known_equations, known_run
-from tests.report.reading import Seen, ends_of_band, heights, render
+from tests.report.reading import Seen, ends_of_band, heights, render, told_in
 
 
 def score(file: str, use: str, rmse: float, over_noise: float, nrmse: float) -> RunScore:
@@ -355,6 +355,10 @@ def test_the_half_width_of_a_value_next_to_zero_is_infinite_without_a_warning():
     assert dict(zip(ids, np.isfinite(widths), strict=True)) == {"inertia": True, "Ks": False}
     drawn = interval_figure(ids, widths, [True, False])
     assert [text.get_text() for text in drawn.axes[0].texts] == ["± 5.1 %", "> 100000 %"]
+    assert told_in(drawn.axes[0]) == [
+        "inertia: ± 5.1 % of the value",
+        "Ks: > 100000 % of the value (not identified, or the model does not fit)",
+    ]
 
 
 def with_prior(prior: Normal, status: str) -> Fit:

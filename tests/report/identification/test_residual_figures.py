@@ -15,6 +15,7 @@ from haptid.report.common.cycles import cycles_figure
 from haptid.report.identification.figures import run_figure
 from haptid.report.identification.residual_figures import autocorrelation_of, correlation_figure, spectrum_of
 from tests.report.known import known_run
+from tests.report.reading import told_in
 
 STEP, ROWS = 0.01, 20_000
 SCORE = RunScore(file="a.csv", use="fit", rmse=np.array([1e-3]), over_noise=1.0, nrmse=0.1, x0=np.zeros(1))
@@ -93,6 +94,8 @@ def test_cycles_of_one_amplitude_do_not_scatter():
 
 def test_the_bars_of_cycles_are_95_percent_intervals():
     one = CycleAmplitudes(file="a.csv", use="fit", excess=np.array([0.01, -0.02]), std=np.array([0.001, 0.002]))
-    (bars,) = cycles_figure([one]).axes[0].containers
+    axis = cycles_figure([one]).axes[0]
+    (bars,) = axis.containers
+    assert told_in(axis) == ["a.csv (fit), cycle 1: +1 ± 0.2 %", "a.csv (fit), cycle 2: -2 ± 0.39 %"]
     ends = [segment[:, 1].tolist() for segment in bars.lines[2][0].get_segments()]
     assert ends == [pytest.approx([0.804, 1.196]), pytest.approx([-2.392, -1.608])]

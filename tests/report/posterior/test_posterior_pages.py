@@ -22,7 +22,7 @@ from haptid.uq.result.record import parameter_json
 from haptid.uq.result.summary import Limit, ParameterSummary
 from haptid.uq.sampling.sampling import Sample
 from tests.report.known import INERTIA, STIFFNESS, T, known_equations, known_run
-from tests.report.reading import Seen, ends_of_area, heights, render
+from tests.report.reading import Seen, ends_of_area, heights, render, told_in
 
 NAMES = ("inertia", "Ks", "cycle_scatter")
 PRIOR = np.linspace(0.0, 1.0, 2001)[:, None] * np.array([4e-5, 0.08, 1.0])
@@ -268,6 +268,7 @@ def test_a_parameter_at_a_bound_has_a_limit_in_place_of_a_width():
 def test_the_widths_are_those_of_95_per_cent(page):
     _, widths, *_ = page.figures
     assert [text.get_text() for text in widths.axes[0].texts] == ["± 5.2 %", "± 29 %"]
+    assert told_in(widths.axes[0])[0] == "inertia: ± 5.19 % with the data, ± 15.4 % by the prior alone"
     prior, *_ = widths.axes[0].containers[0]
     assert prior.get_x() + prior.get_width() == pytest.approx(100 * 0.95 * 4e-5 / 2 / 1.234e-4)
 
