@@ -181,7 +181,10 @@
     });
     still.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key], count = marks().length;
-      if (step) { event.preventDefault(); tell(told < 0 ? (step > 0 ? 0 : count - 1) : (told + step + count) % count); }
+      if (!step) { return; }
+      event.preventDefault();
+      tell(told < 0 ? (step > 0 ? 0 : count - 1) : (told + step + count) % count);
+      still.scrollLeft = spot.offsetLeft - still.clientWidth / 2; // a picture that is wider than a phone follows
     });
   };
   const marked = [...document.querySelectorAll("script.marks")];

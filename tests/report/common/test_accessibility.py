@@ -411,6 +411,8 @@ def test_a_picture_of_intervals_tells_the_value_at_the_pointer_and_by_keys(visit
         told.append(cycles.locator(".told").inner_text())
     first, second = "a.csv (fit), cycle 1: +10 ± 9.8 %", "a.csv (fit), cycle 2: -20 ± 9.8 %"
     assert told == [first, second, first, second]
+    spot, still = cycles.locator(".spot").bounding_box(), cycles.locator(".still").bounding_box()
+    assert still["x"] < spot["x"] < still["x"] + still["width"]
 
 
 def test_a_cell_of_a_matrix_tells_its_row_and_its_column(visit, path):
