@@ -141,10 +141,11 @@ def dominant(s: Searcher, at: UnderObserver, near: Trial, start: Trial, best: Tr
     if best.adequate:
         whole = fit_lead(s, at.study, best.solution.effects, best.solution.values, at.gains)
         noise = min(noise, whole.cost)
-    if not effects or at.start.cost <= noise:
+    at_noise = best if best.adequate else None
+    # Fewer effects leave more: nothing is weighed where even all of them leave too much.
+    if not effects or at.start.cost <= noise or not closes_most(s.study, near, start, at_noise):
         return None
     full = fit_lead(s, at.study, effects, values, at.gains)
-    at_noise = best if best.adequate else None
     free = _FreeMotion(searcher=s, near=near, start=start, at_noise=at_noise)
     places: list[_Place] = []
     while full.effects:

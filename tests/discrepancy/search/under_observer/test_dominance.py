@@ -74,6 +74,7 @@ def test_the_better_of_two_rivals_has_the_name(criterion: float, name: str, monk
     monkeypatch.setattr(dominance, "_weigh_place", lambda *_: place)
     monkeypatch.setattr(dominance, "_with_one_curve", lambda *_: full)
     monkeypatch.setattr(dominance, "_may_stand", lambda *_: True)
+    monkeypatch.setattr(dominance, "closes_most", lambda *_: True)
     monkeypatch.setattr(dominance, "_fit_rivals", lambda *_: [rival])
     monkeypatch.setattr(dominance._FreeMotion, "leaves_far_less", lambda *_: False)
     at: Any = SimpleNamespace(study=SimpleNamespace(rows=100), start=SimpleNamespace(cost=1e4), gains=3)
@@ -83,6 +84,21 @@ def test_the_better_of_two_rivals_has_the_name(criterion: float, name: str, monk
     assert found is not None
     assert found.keys == (name,)
     assert len(found.rivals) == 1
+
+
+def test_nothing_is_weighed_where_a_model_leaves_much_of_held_out_runs(monkeypatch: pytest.MonkeyPatch):
+    """A model that left 89 % of them was weighed for two minutes, one effect after the other."""
+
+    def refuse(*_: Any) -> Any:
+        raise AssertionError
+
+    monkeypatch.setattr(dominance, "fit_lead", refuse)
+    study: Any = SimpleNamespace(unseen=(SimpleNamespace(sensor_std=np.array([1.0])),))
+    at: Any = SimpleNamespace(study=SimpleNamespace(rows=100), start=SimpleNamespace(cost=1e4), gains=3)
+    near, start = of_rms(9.0, "ripple"), of_rms(9.5)
+    near.solution.values, near.adequate = {}, False
+    s: Any = SimpleNamespace(study=study)
+    assert dominance.dominant(s, at, near, start, near) is None
 
 
 def of_rms(rms: float, *names: str) -> Any:
