@@ -62,6 +62,7 @@ def test_frames_are_the_runs_of_their_files(frames, folder):
     assert len(here.summary()) == 3
 
 
+@pytest.mark.long
 def test_a_call_and_the_command_give_the_same_numbers(folder, tmp_path):
     options = ["--fmu", "none", "--method", "gauss_newton", "--starts", "1", "--no-export", "--quiet", "--workers", "1"]
     done = CliRunner().invoke(identify, [str(folder), "--out", str(tmp_path), *options])

@@ -113,6 +113,7 @@ def test_axe_finds_what_the_theme_leaves_out(site: Path, tmp_path: Path):
 
 @pytest.mark.alone
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
+@pytest.mark.long
 def test_the_search_works_from_the_disk(site: Path, tmp_path: Path):
     command = [
         CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}",

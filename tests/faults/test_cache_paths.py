@@ -66,6 +66,7 @@ def test_the_compiler_works_in_any_path(name: str, tmp_path: Path, monkeypatch: 
     assert library.is_relative_to(tmp_path / name)
 
 
+@pytest.mark.long
 def test_a_path_that_the_tools_would_decode_costs_one_remark(whole: tuple[Path, Any], tmp_path: Path):
     code, errors = ended(tmp_path / "a%41b", tmp_path / "out")
     assert code == 0

@@ -62,6 +62,7 @@ def write_campaign(folder: Path, truth: dict[str, float] = TRUTH, stated: tuple[
     )
 
 
+@pytest.mark.long
 def test_the_command_fits_and_exports_a_drive(tmp_path: Path):
     write_campaign(tmp_path)
     out = tmp_path / "out"

@@ -36,6 +36,7 @@ def noisy(rng: np.random.Generator, coloured: float, size: float = 1.0, rhythm: 
     return estimate_arma(rows, tuple(runs))
 
 
+@pytest.mark.long
 def test_power_at_low_frequency_scatters_as_its_degrees_of_freedom_say():
     true = 1.0 + (1 + PHI) / (1 - PHI)
     found = [noisy(np.random.default_rng(seed), 1.0) for seed in range(12)]

@@ -246,6 +246,7 @@ def _is_empty(group: int) -> bool:
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups are POSIX's")
+@pytest.mark.long
 def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
     """As ``timeout`` or a batch system ends it: the signal goes to the study alone, not to what it started."""
     command = [sys.executable, "-m", "studies.blind.run", "--cases", "6", "--kinds", "none", "--inputs", "table3"]

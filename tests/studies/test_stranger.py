@@ -86,6 +86,7 @@ def test_a_plan_repeats_and_hides_one_to_four_kinds() -> None:
         plan_stranger(1, np.random.default_rng(0), effects=("cogging",))
 
 
+@pytest.mark.long
 def test_a_case_repeats_and_its_label_lies_apart(tmp_path: Path) -> None:
     asked = {"kinds": ("single",), "inputs": "table3", "effects": ("gear_wave",)}
     first, second = (make_stranger_cases(tmp_path / name, 1, 5, **asked)[0] for name in ("a", "b"))

@@ -50,6 +50,7 @@ def test_plan_prints_the_plan(tmp_path: Path):
     assert json.loads(done.stdout) == json.loads((tmp_path / "locking_plan.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.long
 def test_a_stage_of_the_search_prints_its_finding(tmp_path: Path):
     done = run_haptid("missing", "--joint", "4", "--stage", "gap", "--out", tmp_path, "--json", "--quiet")
     assert done.returncode == 0, done.stderr

@@ -59,6 +59,7 @@ def test_arm_with_one_joint_free_moves_as_that_joint_alone() -> None:
     np.testing.assert_allclose(alone, y, atol=2e-7)  # readings are rounded to 1e-7 rad
 
 
+@pytest.mark.long
 def test_each_posture_is_a_configuration_and_coefficients_of_different_postures_are_not_compared(
     tmp_path: Path,
 ) -> None:

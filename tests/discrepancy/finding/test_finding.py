@@ -58,8 +58,10 @@ def found(
 
 
 def angles(page: str) -> list[str]:
-    """Units of an angle on a page, but for its pictures and for frequencies."""
-    return re.findall(r"\bm?rad\b", re.sub(r'src="data:[^"]*"|frequencies between [^,]*,', "", page))
+    """Units of an angle on a page, but for its pictures and for frequencies, those that pictures tell included."""
+    return re.findall(
+        r"\bm?rad\b", re.sub(r'src="data:[^"]*"|frequencies between [^,]*,|frequency \[rad/s\]', "", page)
+    )
 
 
 def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
@@ -101,6 +103,7 @@ def _check_accuracy(finding: Finding, data: dict[str, Any]) -> None:
     assert drawn.std() == pytest.approx(std, rel=4 / np.sqrt(400))
 
 
+@pytest.mark.long
 def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path):
     more = tuple(
         Cosine(amplitude=a, frequency=w, use="validate", duration=10.0, spacing=0.01)
@@ -171,6 +174,7 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
     assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False).html
 
 
+@pytest.mark.long
 def test_two_powers_of_the_position_are_a_curve_and_no_names(tmp_path: Path):
     springs = {key: catalogue()[key] for key in ("asymmetric_spring", "cubic_spring")}
     finding = found(tmp_path, {"payload_gravity": {"payload_cos": 0.006, "payload_sin": 0.006}}, known_effects=springs)
@@ -180,6 +184,7 @@ def test_two_powers_of_the_position_are_a_curve_and_no_names(tmp_path: Path):
     assert data["unnamed_shape"]["variable"] == "position_rad"
 
 
+@pytest.mark.long
 def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Path):
     finding = found(tmp_path, {"cubic_spring": {"spring_cubic": 0.02}}, without="cubic_spring")
     data = as_json(finding, measured=False, seed=0)

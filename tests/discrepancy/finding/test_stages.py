@@ -37,6 +37,7 @@ def run(folder: Path, stage: str, out: Path) -> tuple[dict, str]:
     return json.loads(made.with_suffix(".json").read_text()), result.stdout
 
 
+@pytest.mark.long
 def test_a_gap_is_seen_placed_and_looks_like_what_is_hidden(campaigns: dict[str, Path], tmp_path: Path):
     gap, told = run(campaigns["bent"], "gap", tmp_path)
     assert gap["gap"]

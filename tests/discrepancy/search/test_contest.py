@@ -54,6 +54,7 @@ def test_the_only_late_entry_is_unlisted_where_another_one_follows_better(tmp_pa
     assert "two lags in a row would follow it better" in finding.judgement.sentence
 
 
+@pytest.mark.long
 def test_with_both_in_the_catalogue_they_contest_each_other(tmp_path: Path):
     finding = found(tmp_path, "amplifier_lag", 6e-3, without=[])
     assert finding.search.contenders == ()

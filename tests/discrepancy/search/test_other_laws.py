@@ -91,6 +91,7 @@ def screened(study: Study) -> tuple[OtherLaw, ...]:
     return other_laws(begun.study, begun.start, begun.white, ignore_progress)
 
 
+@pytest.mark.long
 def test_no_law_takes_the_place_of_a_hidden_spring(tmp_path: Path) -> None:
     hidden = {"cubic_spring": {"spring_cubic": 0.02}}
     assert screened(study_with(tmp_path / "c", hidden, EFFECTS, Sensor(noise=2e-4))) == ()

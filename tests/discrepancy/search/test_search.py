@@ -190,6 +190,7 @@ def stand_in(s: Searcher, start: Trial, key: str) -> Effect:
     return catalogue()[key].at(scales_over(s.study.fitted, start.solution.values, law_named(DEFAULT).roles))
 
 
+@pytest.mark.long
 def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
     begun: tuple[Searcher, Trial], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -232,6 +233,7 @@ def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_on
     assert refine_step(rough, near, [near]) is not None
 
 
+@pytest.mark.long
 def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_it_loses(tmp_path: Path):
     hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
     study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))

@@ -17,6 +17,7 @@ DELAY = 4.5e-4
 QUIET = Sensor(noise=2e-5, resolution=0.0)
 
 
+@pytest.mark.long
 def test_a_lag_and_a_delay_below_the_step_are_compared_at_a_finer_one(tmp_path: Path):
     listed = {key: catalogue()[key] for key in ("amplifier_lag:rest", "time_delay")}
     study = study_with(tmp_path, {"time_delay": {"delay": DELAY}}, listed, QUIET)

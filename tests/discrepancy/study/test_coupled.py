@@ -104,6 +104,7 @@ def test_what_is_hidden_in_each_joint_is_named_there(finding: tuple[Finding, Pat
     assert {tuple(c.run.free_joints) for c in found.curves} == {(0,), (1,)}
 
 
+@pytest.mark.long
 def test_where_nothing_is_hidden_nothing_is_found(tmp_path: Path):
     study = coupled_study_of(campaign(tmp_path, {}), (0, 1), EFFECTS, {}, threads=2)
     found = search(study, starts=2)
@@ -111,6 +112,7 @@ def test_where_nothing_is_hidden_nothing_is_found(tmp_path: Path):
     assert not found.best.solution.effects
 
 
+@pytest.mark.long
 def test_what_a_joints_own_test_has_named_belongs_to_the_base(with_cogging: Campaign):
     values = {"cogging_sin": COG["cog"] * np.cos(0.4), "cogging_cos": COG["cog"] * np.sin(0.4), "cogging_number": 9.0}
     known = {0: (at_values(EFFECTS["cogging"], values),)}

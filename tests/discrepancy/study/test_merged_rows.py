@@ -100,6 +100,7 @@ def test_rows_are_merged_where_there_are_many_and_the_torque_changes_little(tmp_
     assert rows_to_merge(rough) == 1
 
 
+@pytest.mark.long
 def test_the_spring_of_a_long_recording_is_named_from_merged_rows(tmp_path: Path) -> None:
     k3 = 0.02
     whole = recorded(tmp_path / "c", {"cubic_spring": {"spring_cubic": k3}})

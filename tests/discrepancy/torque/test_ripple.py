@@ -61,6 +61,7 @@ def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides: bo
         assert rms(found.final.unseen) < 0.6 * rms(fit_model(found.study).unseen)
 
 
+@pytest.mark.long
 def test_the_harmonics_of_a_ripple_are_one_name():
     listed = {key: effect for key, effect in catalogue().items() if key in KEYS}
     study = sweep(0.01, 9.0, (1.0, 0.6, 0.5))
@@ -72,6 +73,7 @@ def test_the_harmonics_of_a_ripple_are_one_name():
     assert sizes == pytest.approx([0.01, 0.006, 0.005], rel=0.1)
 
 
+@pytest.mark.long
 def test_teeth_and_poles_are_two_waves_under_one_name():
     listed = {key: catalogue()[key] for key in ("cogging", "cogging:second", "cubic_spring", "quadratic_drag")}
     study = sweep(0.01, 24.0)

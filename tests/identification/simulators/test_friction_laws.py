@@ -88,6 +88,7 @@ def test_what_was_identified_is_exported_with_its_law(identified, tmp_path: Path
     assert friction_by_joint(read_identification(path)) == {4: law}
 
 
+@pytest.mark.long
 def test_a_joint_of_a_device_takes_the_law_of_its_campaign(tmp_path: Path):
     """The device's file says LuGre; the campaign, and then identification.json, say Dahl."""
     folder = make(tmp_path, "dahl", device="freedom6s")

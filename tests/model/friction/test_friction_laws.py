@@ -227,6 +227,7 @@ def work_of_a_cycle(values: dict[str, float], step: float = 2e-5) -> float:
     return work
 
 
+@pytest.mark.long
 def test_maxwell_slip_gives_work_in_a_cycle_unless_stiction_is_coulomb_friction():
     values = {
         "sigma0": 10.0,

@@ -160,6 +160,7 @@ def test_held_out_score_prefers_scatter_where_there_is_some_and_only_there(equat
             assert chosen.model.scatter == "reading"
 
 
+@pytest.mark.long
 def test_short_climbs_choose_the_noise_model_that_long_ones_choose(equations):
     def scored(climb):
         fitted = tuple(make_run(equations, omega=w, seed=10 + i, s=0.03) for i, w in enumerate((2.5, 4.0)))

@@ -45,6 +45,7 @@ def test_a_noise_model_is_chosen_once(ask, equations, through):
     np.testing.assert_array_equal(second.bands[-1].median, first.bands[-1].median)
 
 
+@pytest.mark.long
 def test_a_choice_of_something_else_or_a_damaged_one_is_made_again(ask, tmp_path):
     infer_here, asked = ask
     infer_here()

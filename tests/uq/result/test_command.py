@@ -162,6 +162,7 @@ def write_runs_that_determine_nothing(folder, shape):
     return [str(folder), "--quick", "--out", str(folder / "out"), "--workers", "1", "--quiet"]
 
 
+@pytest.mark.long
 def test_runs_that_determine_nothing_end_in_words(tmp_path):
     result = CliRunner().invoke(main, write_runs_that_determine_nothing(tmp_path, "torque"))
     if result.exit_code == 0:
@@ -175,6 +176,7 @@ def test_runs_that_determine_nothing_end_in_words(tmp_path):
         assert not (tmp_path / "out" / "posterior.json").exists()
 
 
+@pytest.mark.long
 def test_a_motion_that_ignores_the_torque_ends_in_words_or_in_numbers_with_what_is_open(tmp_path):
     result = CliRunner().invoke(main, write_runs_that_determine_nothing(tmp_path, "line"))
     if result.exit_code == 0:
