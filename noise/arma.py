@@ -35,8 +35,6 @@ LEAST_CURVATURE_RATIO = 1e-10
 """Ratio of the smallest to the largest curvature of a likelihood below which it has no clear maximum."""
 LEAST_NORM_OF_NEW_COLUMN = 1e-6
 """Smallest norm of a unit column's part outside the columns before it from which the column counts as independent."""
-STARTS = 2
-"""Number of points of a grid from which a likelihood is maximised."""
 LINES_OF_BAND = 60
 """Lines of all runs whose mean power tells whether a filter has removed the noise: of noise it varies by 0.13."""
 LEAST_SPECTRUM = float(np.exp(1.0 - THRESHOLDS.largest_periodogram_over_spectrum))
@@ -223,11 +221,13 @@ def _fit_lines(angle: Array, power: Array, spacing: float) -> Arma:
     def explains(p: Array) -> bool:
         """Say whether lines are about as high as the spectrum, of which the best scale makes their mean ratio 1."""
         ratio = float(np.mean(np.minimum(power / _spectrum(cosine, p), highest)))
-        return 0.5 < ratio < 0.5 * highest
+        most = THRESHOLDS.largest_share_of_clipped_lines * highest
+        return THRESHOLDS.least_line_over_fitted_spectrum < ratio < most
 
     # Nelder–Mead finds the nearest maximum only, and what a wrong model leaves has several.
     grid = product(np.linspace(-4.0, 1.0, 6), np.linspace(-3.0, 3.0, 5), np.linspace(-1.0, slowest - 0.1, 6))
-    starts = sorted((p for p in map(np.array, grid) if explains(p)), key=deviance)[:STARTS]
+    able = (p for p in map(np.array, grid) if explains(p))
+    starts = sorted(able, key=deviance)[: THRESHOLDS.starts_of_spectrum]
     tried = [
         minimize(deviance, start, method="Nelder-Mead", options={"maxiter": 600, "xatol": 1e-4, "fatol": 1e-3})
         for start in starts

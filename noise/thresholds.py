@@ -18,6 +18,14 @@ class Thresholds:
     """Smallest share of a frequency's power that the regression may leave for the frequency to enter the fit [1]."""
     largest_periodogram_over_spectrum: float = 8.0
     """Largest ratio of periodogram to spectrum in the likelihood [1]; a higher line counts as this much."""
+    starts_of_spectrum: int = 2
+    """Number of points of a grid, the likeliest first, from which the likelihood of a spectrum is maximised."""
+    least_line_over_fitted_spectrum: float = 0.5
+    """Mean ratio of lines to a fitted spectrum, each clipped, below which it explains them no more [1]; its best scale
+    makes the ratio 1."""
+    largest_share_of_clipped_lines: float = 0.5
+    """Mean of these ratios over `largest_periodogram_over_spectrum` above which it explains them no more [1]: as if more
+    than this share of the lines stood far above it."""
     least_power_of_full_band: float = 0.25
     """Mean power over that of the stated noise below which a band of frequency, and all above it, take no part in the
     fit of a spectrum [1]: a filter has taken the noise out. A moving average has zeros there, and a stated noise twice
