@@ -24,8 +24,8 @@ class Thresholds:
     """Mean ratio of lines to a fitted spectrum, each clipped, below which it explains them no more [1]; its best scale
     makes the ratio 1."""
     largest_share_of_clipped_lines: float = 0.5
-    """Mean of these ratios over `largest_periodogram_over_spectrum` above which it explains them no more [1]: as if more
-    than this share of the lines stood far above it."""
+    """Mean of these ratios over `largest_periodogram_over_spectrum` above which it explains them no more [1]: as if
+    more lines than this share stood far above it."""
     least_power_of_full_band: float = 0.25
     """Mean power over that of the stated noise below which a band of frequency, and all above it, take no part in the
     fit of a spectrum [1]: a filter has taken the noise out. A moving average has zeros there, and a stated noise twice
