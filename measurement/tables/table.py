@@ -140,10 +140,14 @@ class Table:
             File and number; in a text file, the header and the lines before it count, and rows that were left out do
             everywhere.
         """
-        index = index if self.rows is None else int(self.rows[index])
+        index = self._index_in_file(index)
         if self.entries:
             return f"{self.path}, {self.entries}[{index}]"
         return f"{self.path}, line {self.lines_before + index + 2}" if self.is_text else f"{self.path}, row {index + 1}"
+
+    def _index_in_file(self, index: int) -> int:
+        """Return the index of a row among all rows of the file."""
+        return index if self.rows is None else int(self.rows[index])
 
     def keep(self, rows: NDArray[np.int_]) -> Table:
         """Return the table with some of its rows, which keep their places for error messages.
@@ -205,8 +209,7 @@ class Table:
             return cell
         # Numbers were read as binary: the file is read again, only for this error.
         texts = _read_frame(self.path, as_text=True)
-        index = index if self.rows is None else int(self.rows[index])
-        return texts.iloc[index, list(self.frame.columns).index(column)]
+        return texts.iloc[self._index_in_file(index), list(self.frame.columns).index(column)]
 
     def loosely(self, column: str) -> Array:
         """Return a column as numbers, NaN where a cell holds none, shape (n_t,).

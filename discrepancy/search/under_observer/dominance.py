@@ -17,7 +17,7 @@ comes near.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -86,12 +86,15 @@ class _FreeMotion:
         Nominal model.
     at_noise
         Model that leaves noise alone; None where there is none.
+    known
+        What was fitted freely, by the keys of its effects: the model that is weighed serves for all its places.
     """
 
     searcher: Searcher
     near: Trial
     start: Trial
     at_noise: Trial | None
+    known: dict[tuple[str, ...], Trial] = field(default_factory=dict)
 
     def fit(self, effects: Sequence[Effect], values: Mapping[str, float]) -> Trial:
         """Fit a model freely, beside the noise of the model in question."""
@@ -107,8 +110,10 @@ class _FreeMotion:
         """Say whether a model leaves far less of held-out runs than each of the others, best first."""
         if not self.searcher.study.unseen:
             return False
-        known = full.effects == self.near.solution.effects
-        found = self.near if known else self.fit(full.effects, full.fit.values)
+        keys = tuple(e.key for e in full.effects)
+        found = self.near if full.effects == self.near.solution.effects else self.known.get(keys)
+        if found is None:
+            found = self.known[keys] = self.fit(full.effects, full.fit.values)
         most = THRESHOLDS.search.most_replacements_in_free_motion
         return all(self.leaves_far_less(found, self.fit(o.effects, o.fit.values)) for o in others[:most])
 
