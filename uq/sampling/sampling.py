@@ -38,6 +38,9 @@ PHASES = {"burn": 0, "pilot": 1, "main": 2}
 WALKERS_OF_FULL_VECTORS = 16
 """Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
 
+SWEEPS_FROM_MODE = 3
+"""How often walkers that start on the mode step along every coordinate: an end may open only when another is left."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SamplingOptions:
@@ -330,33 +333,62 @@ def _first_points(
     """Draw the walkers of an ensemble around the mode, all of finite density, shape (n_walkers, n).
 
     Every second ensemble is `THRESHOLDS.dispersed_start_over_std` times as wide, so that R̂ compares chains from
-    different starts. Where four attempts leave too few, because the mode lies near ends of wide ranges, each point
-    outside the posterior's support moves towards the mode until it is inside.
+    different starts. Where four attempts leave too few, because the mode lies near ends of ranges, walkers step away
+    from the mode instead.
     """
     n = mean.size
     walkers = options.walkers or walkers_of(n)
     rng = np.random.default_rng([options.seed, 99, ensemble])
-    spread, lower = THRESHOLDS.dispersed_start_over_std if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
+    spread = THRESHOLDS.dispersed_start_over_std if ensemble % 2 else 1.0
+    scatter = spread**2 * covariance
+    lower = np.linalg.cholesky(scatter)
     kept = np.empty((0, n))
     for _ in range(4):
-        drawn = mean + spread * rng.standard_normal((2 * walkers, n)) @ lower.T
-        inside = np.isfinite(density(drawn))
-        kept = np.concatenate([kept, drawn[inside]])
+        drawn = mean + rng.standard_normal((2 * walkers, n)) @ lower.T
+        kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
         if len(kept) >= walkers:
             return kept[:walkers]
-    outside = drawn[~inside]
-    for _ in range(40):
-        # At an end of a range half of all directions lead out of it, however near: the signs are drawn anew.
-        outside = mean + 0.7 * (outside - mean) * rng.choice((-1.0, 1.0), size=outside.shape)
-        inside = np.isfinite(density(outside))
-        kept, outside = np.concatenate([kept, outside[inside]]), outside[~inside]
-        if len(kept) >= walkers:
-            return kept[:walkers]
+    return _walk_from_mode(density, mean, scatter, walkers, rng)
+
+
+def _walk_from_mode(
+    density: ValleyDensity, mean: Array, scatter: Array, walkers: int, rng: np.random.Generator
+) -> Array:
+    """Walk from the mode to points of finite density, shape (n_walkers, n).
+
+    A mode on the ends of k ranges has 1/2ᵏ of all directions inside, so that no draw around it may be. Along one
+    coordinate one of two directions is, and once that end is left the others open.
+    """
+    n = mean.size
+    alone = np.diag(1 / np.sqrt(np.diag(np.linalg.inv(scatter))))  # of each coordinate where the others are given
+    together = np.linalg.cholesky(scatter) / np.sqrt(n * SWEEPS_FROM_MODE)
+    points = np.tile(mean, (walkers, 1))
+    for _ in range(SWEEPS_FROM_MODE):
+        for along in alone:
+            points = _step_inside(density, points, rng.standard_normal((walkers, 1)) * along)
+        for _ in range(n):
+            points = _step_inside(density, points, rng.standard_normal((walkers, n)) @ together.T)
+    if np.ptp(points, axis=0).all() and np.isfinite(density(points)).all():
+        return points
     msg = (
         "hardly any point near the fit has a finite posterior density: the runs do not determine the parameters; "
         "measure with more motion, or state priors or fixed values in campaign.toml"
     )
     raise NumericalError(msg)
+
+
+def _step_inside(density: ValleyDensity, points: Array, steps: Array) -> Array:
+    """Take the steps (n_walkers, n); one that leaves the density's support is turned round and halved, ten times."""
+    points = points.copy()
+    waiting = np.arange(len(points))
+    for _ in range(10):
+        inside = np.isfinite(density(points[waiting] + steps[waiting]))
+        points[waiting[inside]] += steps[waiting[inside]]
+        waiting = waiting[~inside]
+        if not waiting.size:
+            break
+        steps = -steps / 2
+    return points
 
 
 def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:

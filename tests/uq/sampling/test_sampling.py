@@ -12,7 +12,7 @@ from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.moves import MOVES
 from haptid.uq.sampling.sampling import SamplingOptions, sample
-from tests.uq.toys import COVARIANCE, MEAN, start
+from tests.uq.toys import COVARIANCE, MEAN, start, start_in_corner
 
 SHORT = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, seed=3)
 
@@ -31,6 +31,14 @@ def test_independent_proposals_are_the_fastest_on_a_normal_density():
     found = sample(start(), SHORT)
     assert found.move == "independent"
     assert set(found.trials) == set(MOVES)
+
+
+def test_a_mode_on_the_ends_of_many_ranges_is_left():
+    """One of 4096 directions leads inside, so that no walker drawn around it had a finite density."""
+    found = sample(start_in_corner(), SamplingOptions(chunk=200, burn=200, pilot=0, longest=1200, seed=1))
+    draws, errors = found.flat(), 1 / np.sqrt(found.effective)  # mean and scatter of each are 1
+    assert np.all(np.abs(draws.mean(axis=0) - 1) < 5 * errors)
+    assert np.all(draws >= 0)
 
 
 def test_stops_when_the_autocorrelation_time_is_known_and_says_so_when_not():
