@@ -184,8 +184,9 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
 
     Notes
     -----
-    Only differences between cycles of one run count. A change that all cycles of a run share is projected out with the
-    parameters of the model, since a deterministic effect produces it too.
+    Only differences between cycles of one run count. An amplitude that all cycles of a run share, and one that drifts
+    over them, is projected out with the parameters of the model: a deterministic effect produces it too, and a motion
+    that settles.
     """
     if path == "torque":
         scatter = Scatter(path=path, column=column)
@@ -213,7 +214,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
 def _estimate_by_reml(
     solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
 ) -> Weighed:
-    """Estimate the scatter of largest restricted likelihood; parameters and one amplitude per run are projected out."""
+    """Estimate the scatter of largest restricted likelihood; parameters and drifts of amplitudes are projected out."""
     moving = movable(solution)
     runs = zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True)
     parts = [_apart(w(row).ravel(), _flat(w(B))[:, moving], _flat(w(M))) for w, row, B, M in runs]
@@ -227,10 +228,16 @@ def _estimate_by_reml(
 
 
 def _apart(r: Array, J: Array, M: Array) -> tuple[Array, Array, Array]:
-    """Project the amplitude that all cycles of a run share off its residual, Jacobian and columns."""
-    common = M.sum(axis=1) if np.isfinite(M).all() else np.zeros_like(r)
-    common /= max(float(np.linalg.norm(common)), 1e-300)
-    return r - common * (common @ r), J - np.outer(common, common @ J), M - np.outer(common, common @ M)
+    """Project the amplitude that a run's cycles share, and its drift over them, off residual, Jacobian and columns."""
+    if not np.isfinite(M).all():
+        return r, J, M
+    count = np.arange(M.shape[1])
+    shared = M @ np.column_stack((np.ones_like(count), count - count.mean()))
+    felt = shared[:, np.linalg.norm(shared, axis=0) > 0.0]  # by a run of one cycle no drift is
+    if not felt.size:
+        return r, J, M
+    Q = orthonormal_basis(felt)
+    return r - Q @ (Q.T @ r), J - Q @ (Q.T @ J), M - Q @ (Q.T @ M)
 
 
 def _flat(x: Array) -> Array:

@@ -194,13 +194,13 @@ def degrees_of_freedom(
     -----
     A direction in which the cycles' amplitudes add λ to the noise variance of 1 counts (λ/(1 + λ))², half its
     information on ln s. A run has as many directions as its joints have cycles, and the joint's share is that of its
-    cycles. Only differences between the cycles of one run are informative: any other parameter could produce what the
-    cycles share.
+    cycles. Only differences between the cycles of one run are informative, beside their drift: any other parameter
+    could produce what the cycles share.
     """
     freedom = 0.0
     for run, whitener in zip(runs, whiteners, strict=True):
         own, all_joints = cycles_of(run, scatter).count, sum(cycles_of(run, one).count for one in scatters)
         grown = np.zeros(0) if whitener.growth is None else whitener.growth
-        # One degree of freedom of each run is lost to the amplitude that all its cycles share.
-        freedom += float(np.sum((grown / (1.0 + grown)) ** 2)) * (own - 1) / max(all_joints, 1)
+        # Two degrees of freedom of each run are lost to the amplitude that its cycles share and to its drift.
+        freedom += float(np.sum((grown / (1.0 + grown)) ** 2)) * max(own - 2, 0) / max(all_joints, 1)
     return max(freedom, 1.0)

@@ -1,5 +1,6 @@
 """The noise that a fit leaves: scatter about the joint's place of rest, and when two noises are alike."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.study.study import study_of
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.signals.cycles import whole_cycles
+from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Arma, Noise, Scatter
 from haptid.virtual_device.machine.joint import JOINT
@@ -65,6 +68,22 @@ def test_a_fit_beside_a_scatter_of_the_torque_does_not_stop_at_a_common_factor(t
     right, found = solve(study, (), noise, TRUTH), solve(study, (), noise, off)
     assert found.log_likelihood == pytest.approx(right.log_likelihood, abs=1.0)
     assert found.values["inertia"] == pytest.approx(right.values["inertia"], rel=2e-3)
+
+
+def test_an_amplitude_that_drifts_over_a_run_is_no_scatter(tmp_path: Path):
+    """A motion that settles, or a spring that grows warm, changes the amplitude with every cycle, not by chance."""
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    make_joint_campaign(tmp_path, 3, TRUTH, INPUTS, sensor=SENSOR, known=known, seed=2)
+    campaign = read_campaign(tmp_path)
+    rest = JOINT.rest_position(TRUTH)
+
+    def drifting(run: Run) -> Run:
+        growth = 0.02 * (whole_cycles(run).index - 3.0)
+        return run.but(y=rest + (run.y - rest) * (1.0 + growth[:, None]))
+
+    drifted = replace(campaign, runs=tuple(map(drifting, campaign.runs)))
+    study = study_of(prepare(drifted), 3, catalogue())
+    assert estimate(study, solve(study, (), Noise(), TRUTH)).scatters == ()
 
 
 def test_white_noise_has_neither_scatter_nor_colour(tmp_path: Path):

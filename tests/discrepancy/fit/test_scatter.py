@@ -190,14 +190,14 @@ def test_a_whitener_of_several_joints_is_the_root_of_their_inverse_covariance():
 
 @pytest.mark.parametrize("size", [3e-2, 2e-4])
 def test_degrees_of_freedom_are_those_of_the_spread_of_its_estimates(size: float) -> None:
-    """Clear of the noise a run of K cycles has K − 1 and ln s scatters by 1/√(2K); near it fewer and by more."""
+    """Clear of the noise a run of K cycles has K − 2 and ln s scatters by 1/√(2K); near it fewer and by more."""
     t = np.arange(0.0, 16.0 * np.pi, 0.01)
     run = run_with(np.cos(OMEGA * t), np.zeros_like(t), t)
     cycles = whole_cycles(run)
     M = np.sin(OMEGA * t)[:, None] * cycles.inside / 1e-3
     scatter = SCATTER.but(size=size)
     freedom = degrees_of_freedom([run], [Whitener.of(Arma(), size * M[:, None])], [scatter], scatter)
-    share = freedom / (cycles.count - 1)
+    share = freedom / (cycles.count - 2)
     assert share == pytest.approx(1.0, abs=1e-3) if size > 1e-3 else 0.6 < share < 0.8
 
     rng, found = np.random.default_rng(4), []
