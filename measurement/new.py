@@ -31,6 +31,7 @@ from haptid.measurement.making.prepared import (
     map_currents,
     prepare_tables,
 )
+from haptid.measurement.making.thousands import refuse_thousands
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.users_places import name_users_places
 from haptid.measurement.making.writing import refuse_overwrite, write_table
@@ -221,7 +222,7 @@ def _tables(folder: Path, stated: Collection[str]) -> tuple[list[Table], list[st
     texts = [path for path in texts if _holds_table(path, beside=bool(paths))]
     if not paths and not texts:
         return _recordings(folder)
-    read = [_with_seconds(*read_logged_table(path), stated) for path in paths or texts]
+    read = [_read_further(*read_logged_table(path), stated) for path in paths or texts]
     left = [*(path.name for path in texts if paths), *names_of_recordings(folder)]
     return [table for table, _ in read], [*_layout_lines(read), *_lines_on_left(left)]
 
@@ -242,7 +243,8 @@ def _lines_on_left(names: list[str]) -> list[str]:
     return [f"{told}; if other runs, make a campaign of them in a folder of their own"] if names else []
 
 
-def _with_seconds(table: Table, layout: str, stated: Collection[str]) -> tuple[Table, str]:
+def _read_further(table: Table, layout: str, stated: Collection[str]) -> tuple[Table, str]:
+    refuse_thousands(table)
     table, dates = with_seconds(table, stated)
     return table, ", ".join(words for words in (layout, dates) if words)
 

@@ -61,6 +61,10 @@ class Thresholds:
     amount is an error of the log."""
     least_rows_of_table: int = 8
     """Rows of the shortest table that is read [1]."""
+    least_cells_of_thousands: int = 60
+    """Cells with three digits behind their one point, none with one or two, and none below 1, beside whole numbers
+    below 1000, from which on the points stand between thousands [1]: of decimals whose last zeros are left out one
+    cell in ten has fewer."""
     largest_reading: float = 1e100
     """Largest time, torque, position or velocity that is read, in any unit: squares of such numbers are finite."""
     most_lines_of_layout: int = 200

@@ -12,7 +12,15 @@ import pandas as pd
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import QUANTITIES, understand_column
 from haptid.measurement.tables.misnamed import looks_like_time
-from haptid.measurement.tables.table import DOTTED_DATE, ISO_DATE, SLASHED_DATE, UNCERTAIN_DATE, WRITE_ISO, Table
+from haptid.measurement.tables.table import (
+    DOTTED_DATE,
+    ISO_DATE,
+    SLASHED_DATE,
+    TIME_OF_DAY,
+    UNCERTAIN_DATE,
+    WRITE_ISO,
+    Table,
+)
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
@@ -20,12 +28,18 @@ from haptid.support.errors import InputError
 TIME = "time_s"
 COUNTER = 2.0**32
 """Ticks after which a counter of 32 bits begins anew [1]."""
+DAY_S = 86400.0
+WHOLE_SECONDS = re.compile(r"(.*?)(?:secs?|seconds)", re.IGNORECASE)
+NANOSECONDS = re.compile(r"(.*?)(?:nano?secs?|nsecs?|nanoseconds)", re.IGNORECASE)
+"""Names of the two parts of a stamp, as ROS has them: ``header.stamp.sec`` and ``header.stamp.nanosec``."""
 
 
 def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str]:
     """Return a table whose dates (with the time of day) or durations are seconds from its first row.
 
-    Dates are read as ISO 8601 has them, with dots, where the day comes first, and with slashes after the year.
+    Dates are read as ISO 8601 has them, with dots, where the day comes first, and with slashes after the year. A time
+    of day without a date may pass midnight. Whole seconds and nanoseconds in two columns, as stamps of ROS, are one
+    time.
 
     Parameters
     ----------
@@ -47,6 +61,9 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
     InputError
         Where the order of day, month and year in the dates is not certain.
     """
+    stamp = _parts_of_stamp(table, stated)
+    if stamp:
+        return _with_whole_stamp(table, *stamp)
     dated = [column for column in table.columns if _holds_dates(table.frame[column])]
     times = [column for column in dated if column in stated or column == TIME or is_time(column)]
     # Of several columns with dates only one with a time's name is the time.
@@ -63,7 +80,10 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
         moments = pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")
     if moments.notna().sum() == 0:
         return table, ""
-    seconds = (moments - moments.dropna().iloc[0]).dt.total_seconds().astype(object)
+    seconds = (moments - moments.dropna().iloc[0]).dt.total_seconds()
+    if _are_times_of_day(table.frame[column]):
+        seconds = seconds + DAY_S * (seconds.diff() < -DAY_S / 2).cumsum()
+    seconds = seconds.astype(object)
     seconds = seconds.where(moments.notna(), cells.astype(object))
     name = column if column in stated else TIME
     frame = table.frame.assign(**{column: seconds}).rename(columns={column: name})
@@ -184,6 +204,31 @@ def is_time(column: str) -> bool:
     return column == TIME or (target is not None and target.name == TIME) or looks_like_time(column)
 
 
+def _parts_of_stamp(table: Table, stated: Collection[str]) -> tuple[str, str] | None:
+    """Return the columns with whole seconds and nanoseconds of the only time of a table; None where there are none."""
+    fine = {found[1]: column for column in table.columns if (found := NANOSECONDS.fullmatch(column))}
+    whole = {found[1]: column for column in table.columns if (found := WHOLE_SECONDS.fullmatch(column))}
+    pairs = [(whole[stem], fine[stem]) for stem in whole if stem in fine]
+    others = [column for column in table.columns if is_time(column) and all(column not in pair for pair in pairs)]
+    if len(pairs) != 1 or others or any(column in stated for column in pairs[0]):
+        return None
+    return pairs[0]
+
+
+def _with_whole_stamp(table: Table, whole: str, fine: str) -> tuple[Table, str]:
+    """Return a table with the seconds of a stamp from its first row, in place of their two parts."""
+    seconds, nanoseconds = table.loosely(whole), table.loosely(fine)
+    first = int(np.argmax(np.isfinite(seconds + nanoseconds)))
+    stamp = (seconds - seconds[first]) + 1e-9 * (nanoseconds - nanoseconds[first])
+    frame = table.frame.assign(**{whole: stamp}).rename(columns={whole: TIME}).drop(columns=fine)
+    return replace(table, frame=frame), f"{whole!r} and {fine!r}, read as seconds from the first row"
+
+
+def _are_times_of_day(cells: pd.Series) -> bool:
+    filled = cells.dropna()
+    return len(filled) > 0 and isinstance(filled.iloc[0], str) and TIME_OF_DAY.fullmatch(filled.iloc[0]) is not None
+
+
 def _holds_dates(cells: pd.Series) -> bool:
     """Whether the first filled cell is a date with the time of day, or a duration."""
     if pd.api.types.is_datetime64_any_dtype(cells.dtype) or pd.api.types.is_timedelta64_dtype(cells.dtype):
@@ -193,12 +238,12 @@ def _holds_dates(cells: pd.Series) -> bool:
 
 
 def _is_date(cell: object) -> bool:
-    forms = (ISO_DATE, DOTTED_DATE, SLASHED_DATE, UNCERTAIN_DATE)
+    forms = (ISO_DATE, DOTTED_DATE, SLASHED_DATE, UNCERTAIN_DATE, TIME_OF_DAY)
     return isinstance(cell, str) and any(form.fullmatch(cell) for form in forms)
 
 
 def _in_iso(cells: pd.Series) -> pd.Series:
-    """Write dates with dots, or with slashes after the year, as ISO 8601 has them; other cells stay as they are."""
+    """Write dates with dots, or slashes after the year, and times of day as ISO 8601 has them; leave other cells."""
     if pd.api.types.is_datetime64_any_dtype(cells.dtype):
         return cells
     return cells.map(_date_in_iso, na_action="ignore")
@@ -211,6 +256,8 @@ def _date_in_iso(cell: object) -> object:
         day, month, year, time = found.groups()
     elif found := SLASHED_DATE.fullmatch(cell):
         year, month, day, time = found.groups()
+    elif TIME_OF_DAY.fullmatch(cell):
+        year, month, day, time = "2000", "1", "1", cell.strip()
     else:
         return cell
     hour, _, rest = time.partition(":")

@@ -10,6 +10,7 @@ import numpy as np
 
 from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.naming.degrees import DEGREES
+from haptid.measurement.naming.units import IN_BRACKETS, unit_in_brackets, unit_of_column
 from haptid.measurement.tables.misnamed import likely_time_units
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
@@ -20,6 +21,10 @@ DEGREE = "0.0174533"
 """Radians of a degree, as a remedy writes them."""
 COUNT = "0.00153398"
 """Radians of one count where 4096 make a turn, as a remedy writes them."""
+FACTOR = "FACTOR"
+"""Stands for the factor of a unit that is not known."""
+UNIT = re.compile(r"(?!(?i:joint|motor|axis|left|right|raw|meas|act|est|cmd|load|link)\b)\S{1,8}")
+"""What may be a unit in brackets: one short word, and none that tells a place or a kind."""
 COUNTED = (
     r"^(?!.*(?:torque|tau|effort|force|moment|current|amp|volt|duty|pwm|temp|time|stamp|clock)).*"
     rf"{_ALONE.format('(?:counts?|cnts?|ticks?|raw|lsb|adc)')}"
@@ -34,12 +39,13 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*?"),
     ),
     "torque": (
-        (r"mn[ ·*]?m(?!m)|n[ ·*]?mm", "torque_{}_Nm*0.001"),
+        (_ALONE.format("(?:mn[ ·*]?m|n[ ·*]?mm)"), "torque_{}_Nm*0.001"),
         (_ALONE.format(r"n[ ·*]?cm"), "torque_{}_Nm*0.01"),
         (_ALONE.format(r"kn[ ·*]?m"), "torque_{}_Nm*1000"),
-        (r"lbf?[ ·*]?ft|ft[ ·*]?lb", "torque_{}_Nm*1.35582"),
-        (r"ozf?[ ·*]?in", "torque_{}_Nm*0.00706155"),
-        (r"kgf?[ ·*]?cm", "torque_{}_Nm*0.0980665"),
+        (r"lbf?[ ·*.-]?ft|ft[ ·*.-]?lb", "torque_{}_Nm*1.35582"),
+        (r"lbf?[ ·*.-]?in|in[ ·*.-]?lb", "torque_{}_Nm*0.112985"),
+        (r"ozf?[ ·*.-]?in|in[ ·*.-]?oz", "torque_{}_Nm*0.00706155"),
+        (r"kgf?[ ·*.]?cm", "torque_{}_Nm*0.0980665"),
         (r"force", "force_{}_N"),
         (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
         (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}", "current_{}_A"),
@@ -131,7 +137,7 @@ def tell_how_to_name(
             unknown.remove(column)
             if signal == "torque" and is_prismatic_joint(joint, columns):
                 goal = re.sub(r"torque_{}_Nm(?:\*.*)?$", "force_{}_N", goal)
-            sure, note = _choose_unit(column, goal.format(joint), numbers_of)
+            sure, note = _choose_factor(signal, column, goal.format(joint), numbers_of)
             remedy.named.append(f"--map '{column}={sure}'")
             if note:
                 remedy.notes[remedy.named[-1]] = note
@@ -173,10 +179,10 @@ def propose_target(
     -------
     goal, note : str
         Column of the campaign format with the factor, of the joint that the name tells, or joint 0, and what else its
-        unit may be; both empty where another column is more likely, or none is.
+        unit may be; both empty where another column is more likely, none is, or its unit is none that is known.
     """
     likeliest, goal = _likeliest_column(signal, [name for name in columns if not KNOWN.fullmatch(name)])
-    if column != likeliest:
+    if column != likeliest or _unknown_unit(column, signal):
         return "", ""
     number = re.search(rf"(?<!\d){JOINT}(?!\d)", column)
     return _choose_unit(column, goal.format(int(number.group()) if number else 0), numbers_of)
@@ -378,6 +384,23 @@ def travel_alike(demanded: Array, measured: Array) -> bool:
     ratio = float(np.ptp(one) / np.ptp(other))
     is_near = abs(float(np.median(one) - np.median(other))) <= max(np.ptp(one), np.ptp(other))
     return bool(is_near and 1.0 / THRESHOLDS.largest_ratio_of_travels <= ratio <= THRESHOLDS.largest_ratio_of_travels)
+
+
+def _unknown_unit(column: str, signal: str) -> str:
+    """Return what stands for a unit in brackets behind a name and is none that is known; empty where nothing is."""
+    found = IN_BRACKETS.search(column)
+    if found is None or UNIT.fullmatch(found[1].strip()) is None or unit_in_brackets(column) is not None:
+        return ""
+    # Where the name alone leads to another unit, the brackets were read.
+    alone = column[: found.start()]
+    return found[1].strip() if _likely_goal(signal, alone) in ("", _likely_goal(signal, column)) else ""
+
+
+def _choose_factor(signal: str, column: str, goal: str, numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:
+    """Return what a column is mapped to, with a factor or a word for one, and a note on its unit."""
+    sure, note = _choose_unit(column, goal, numbers_of)
+    unit, name = _unknown_unit(column, signal), sure.partition("*")[0]
+    return (f"{name}*{FACTOR}", f"{FACTOR}: {unit_of_column(name)} of one {unit!r}") if unit else (sure, note)
 
 
 def _choose_unit(column: str, goal: str, numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:

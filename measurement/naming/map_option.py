@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.naming.degrees import is_bare_grad
 from haptid.measurement.naming.mapping import FLAG, Target
-from haptid.measurement.naming.units_in_names import in_counts, understand_column, unit_in_brackets, unit_of_column
+from haptid.measurement.naming.units import unit_in_brackets, unit_of_column
+from haptid.measurement.naming.units_in_names import in_counts, understand_column
 from haptid.support.errors import InputError
 from haptid.support.numbers import read_number
 

@@ -6,36 +6,17 @@ than a question. A name without number is that of the only joint.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from haptid.measurement.format.columns import JOINT, KNOWN, NUMBERED
-from haptid.measurement.naming.degrees import DEGREES
+from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.units import COUNTS, UNITS, respell, unit_of
 from haptid.support.errors import InputError
 
-DEG = math.pi / 180
-COUNTS = "counts"
 IN_COUNTS = ("position", "reference")
 """Quantities that may be in encoder counts."""
-UNITS: dict[str, tuple[str, float]] = {
-    "s": ("s", 1.0), "sec": ("s", 1.0), "seconds": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "ns": ("s", 1e-9),
-    "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "deg": ("rad", DEG), "degree": ("rad", DEG), "degrees": ("rad", DEG),
-    "gon": ("rad", math.pi / 200), "rev": ("rad", 2 * math.pi), "turns": ("rad", 2 * math.pi),
-    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6),
-    "counts": (COUNTS, 1.0), "count": (COUNTS, 1.0), "cnt": (COUNTS, 1.0), "ticks": (COUNTS, 1.0),
-    "rad/s": ("rad_s", 1.0), "mrad/s": ("rad_s", 1e-3), "deg/s": ("rad_s", DEG), "dps": ("rad_s", DEG),
-    "rpm": ("rad_s", 2 * math.pi / 60),
-    "m/s": ("m_s", 1.0), "mm/s": ("m_s", 1e-3),
-    "Nm": ("Nm", 1.0), "mNm": ("Nm", 1e-3), "Nmm": ("Nm", 1e-3), "Ncm": ("Nm", 1e-2), "kNm": ("Nm", 1e3),
-    "N": ("N", 1.0), "mN": ("N", 1e-3), "kN": ("N", 1e3),
-    "A": ("A", 1.0), "mA": ("A", 1e-3), "V": ("V", 1.0), "mV": ("V", 1e-3), "C": ("C", 1.0),
-    "%": ("", 1e-2), "percent": ("", 1e-2), "pct": ("", 1e-2),
-}  # fmt: skip
-"""Unit of the campaign format, and how many of it one of the user's unit is, by the user's unit."""
-
 QUANTITIES: dict[str, str] = {
     "time": "time", "t": "time", "timestamp": "time", "stamp": "time", "elapsed": "time",
     "position": "position", "pos": "position", "angle": "position", "q": "position", "theta": "position",
@@ -78,8 +59,6 @@ COMMANDS = frozenset({"command", "commanded", "cmd"})
 """Words that make a reference of a position; a torque that is commanded is the torque."""
 MEASURED = frozenset({"measured", "meas", "actual", "act", "feedback", "present", "istwert"})
 """Words that say that a column was measured."""
-IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]\s*$")
-"""A unit in brackets at the end of a name."""
 FILLERS = frozenset({"joint", "motor", "axis", "value", "wert"}) | MEASURED | COMMANDS
 """Words that change nothing of what a column holds."""
 MEASURED_IN: dict[str, str] = {"rad": "position", "rad_s": "velocity", "Nm": "torque", "A": "current"}
@@ -103,23 +82,6 @@ FORMS_OF_STATES: dict[str, str] = {
 """Name in the campaign format of an element of ROS's joint states, which that message defines to be in SI units."""
 ONLY_JOINT = 0
 """Number that the only joint of a table without numbers gets."""
-
-_SPELLINGS = (
-    (r"(?<=[a-z]{3})(?=[A-Z][a-z])", " "),  # PositionActualValue
-    (r"(?i)(?<![a-z])dc[\s_-]*(?:link|bus)(?:[\s_-]*circuit)?(?![a-z])", " dclink "),
-    (r"(?i)(?<![a-z])i[\s_]?q(?![a-z])", " iq "),  # the current that makes the torque
-    (r"(?i)(soll|ist)[\s_-]?wert", r" \1wert "),  # Lageistwert
-    (r"(?i)(?<![a-z])soll[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " sollwert "),
-    (r"(?i)(?<![a-z])ist[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " istwert "),
-    (r"(?i)(?<![a-z])millis(?:econds?)?(?![a-z])", " time ms "),  # as Arduino's clocks are called
-    (r"(?i)(?<![a-z])micros(?:econds?)?(?![a-z])", " time us "),
-    (r"[µμ]", "u"),
-    (r"°\s*C\b", " C "),
-    (rf"°|(?i:{DEGREES})", " deg "),
-    (r"(?<=\b[mk]N)[\s*·.]+(?=m\b)|(?<=\bN)[\s*·.]+(?=[cm]?m\b)", ""),  # N·m, N mm, mN*m
-    (r"(?<![A-Za-z])(rad|mrad|deg|degrees|m|mm)(?:\s*/\s*|\s*_per_| per |\s*_)(?:s|sec)(?![A-Za-z])", r"\1/s"),
-)
-"""Patterns of other spellings of units, and the spelling in `UNITS`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,43 +148,6 @@ def in_counts(name: str) -> bool:
     """
     words = _words_of(name)
     return words is not None and words.quantity in IN_COUNTS and UNITS[words.unit][0] == COUNTS
-
-
-def unit_of_column(name: str) -> str:
-    """Return the unit of a column of the campaign format.
-
-    Parameters
-    ----------
-    name
-        Name as ``torque_0_Nm`` or ``time_s``.
-
-    Returns
-    -------
-    str
-        Unit as the name has it; empty for a pure number, as a duty.
-    """
-    parts = NUMBERED.split(name)
-    return parts[-1].lstrip("_") if len(parts) > 1 else name.rpartition("_")[2]
-
-
-def unit_in_brackets(name: str) -> tuple[str, str, float] | None:
-    """Read the unit that stands in brackets behind a name.
-
-    Parameters
-    ----------
-    name
-        Name of a column, as ``u (V)``.
-
-    Returns
-    -------
-    tuple or None
-        The unit as it is written, that of the campaign format, and how many of it one is; None without a known unit.
-    """
-    found = IN_BRACKETS.search(name)
-    if found is None:
-        return None
-    unit = _unit_of(_respell(found[1]).strip())
-    return None if unit is None else (found[1].strip(), *UNITS[unit])
 
 
 def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], step: float | None) -> dict[str, Target]:
@@ -323,7 +248,7 @@ def _joint_states(columns: Sequence[str]) -> dict[str, Target]:
 
 def _words_of(name: str, *, strangers: bool = False) -> Words | None:
     """Take a name apart; None where a part is missing, or a word is unknown and no stranger may be among them."""
-    text = _respell(re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name))  # q1, torque0Nm
+    text = respell(re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name))  # q1, torque0Nm
     found: dict[str, list[str]] = {"quantity": [], "unit": [], "joint": [], "filler": [], "unknown": []}
     for word in re.findall(r"[A-Za-z]+/s|[A-Za-z]+|\d+|%", text):
         kind, spelling = _kind_of(word, follows=bool(found["quantity"]))
@@ -340,19 +265,12 @@ def _words_of(name: str, *, strangers: bool = False) -> Words | None:
     return Words(quantity=quantity, unit=found["unit"][0], joint=joint)
 
 
-def _respell(text: str) -> str:
-    """Write units as this module spells them."""
-    for pattern, spelling in _SPELLINGS:
-        text = re.sub(pattern, spelling, text)
-    return text
-
-
 def _kind_of(word: str, *, follows: bool) -> tuple[str, str]:
     """Return what a word is, and how this module spells it.
 
     A unit follows its quantity: a word that may be either is a quantity where none came before.
     """
-    quantity, unit = QUANTITIES.get(word.lower()), _unit_of(word)
+    quantity, unit = QUANTITIES.get(word.lower()), unit_of(word)
     if re.fullmatch(JOINT, word):
         return "joint", word
     if quantity is not None and (unit is None or not follows):
@@ -380,11 +298,3 @@ def _one_quantity(found: list[str], *, demanded: bool, strangers: bool) -> str |
     if kind in ("position", "velocity"):
         return {"position": "reference", "velocity": "reference velocity"}[kind]
     return kind if strangers or "reference" not in found else None
-
-
-def _unit_of(word: str) -> str | None:
-    """Return the unit as `UNITS` spells it; large and small letters count only where they tell units apart."""
-    if word in UNITS:
-        return word
-    near = [unit for unit in UNITS if unit.lower() == word.lower()]
-    return near[0] if len(near) == 1 else None

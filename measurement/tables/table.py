@@ -49,16 +49,22 @@ UNCERTAIN_DATE = re.compile(
     rf"\s*\d{{1,2}}([./-])\d{{1,2}}\1(?:\d{{4}}|\d{{2}})[T, ]+{_DAY_TIME}\s*(?:[AP]M)?\s*", re.IGNORECASE
 )
 """A date with the time of day whose first part may be the day, the month or the year, unless it is a `DOTTED_DATE`."""
+TIME_OF_DAY = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*")
+"""A time of day without its date, or hours of a stopwatch. Groups: hours, minutes, seconds."""
 READ_BY_INIT = "dates are read where a campaign is made (haptid init): write seconds here"
 WRITE_ISO = "the order of the date is not certain: write ISO 8601, as 2026-03-12T10:00:00.004"
 TODO_BY_CELL = (
     (re.compile(r"\s*[+-]?\d{1,3}(,\d{3})+\.\d*\s*|\s*[+-]?\d{1,3}(,\d{3}){2,}\s*"),
      "export without commas between thousands"),
+    (re.compile(r"\s*[+-]?\d{1,3}(\.\d{3})+,\d*\s*|\s*[+-]?\d{1,3}(\.\d{3}){2,}\s*"),
+     "export without points between thousands"),
+    (re.compile(r"\s*\u2212\d.*"), "write the minus as -: U+2212 stands there"),
     (re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE), DECIMAL_COMMA),
     (ISO_DATE, READ_BY_INIT),
     (DOTTED_DATE, READ_BY_INIT),
     (SLASHED_DATE, READ_BY_INIT),
     (UNCERTAIN_DATE, WRITE_ISO),
+    (TIME_OF_DAY, READ_BY_INIT),
 )  # fmt: skip
 """Forms of a cell that is no number, and what to do about them; the first match decides."""
 DROP_EMPTY = "leave such rows out, as by df.dropna()"

@@ -18,7 +18,7 @@ from benchmarks.performance.figures import all_figures
 from benchmarks.performance.page import draw_growth, text_table, workers_in_words
 from benchmarks.performance.page import page_of as performance_page
 from benchmarks.posteriors import effective_samples, scatter_recovery
-from benchmarks.search import coupled_missing, lookalikes
+from benchmarks.search import coupled_missing, lookalikes, search_growth
 from benchmarks.simulators import page as simulators
 from docs.accessibility import find_browser
 from docs.parts.tables import with_parts
@@ -46,13 +46,14 @@ WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "lookalikes": lookalikes.page,
     "performance": performance_page,
     "real_machines": machines_page,
+    "search_growth": search_growth.page,
     "same_results": same_results.page_of,
     "scatter_recovery": scatter_recovery.page,
     "thresholds": thresholds.page,
     "time_to_truth": page_of_time_to_truth,
     "whole_model": whole_model.page,
 }
-TYPED = ("change_exercises", "search_growth")
+TYPED = ("change_exercises",)
 """Pages whose numbers no file holds."""
 
 

@@ -36,6 +36,23 @@ def test_dates_are_seconds_from_the_first_row(tmp_path: Path, name: str, form: s
     np.testing.assert_allclose(table.numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
 
 
+def test_times_of_day_pass_midnight(tmp_path: Path):
+    table, _ = with_seconds(read_logged_table(written(tmp_path, "time", "%H:%M:%S.%f"))[0])
+    np.testing.assert_allclose(table.numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
+
+
+@pytest.mark.parametrize("stem", ["", "header.stamp.", "stamp_"])
+def test_two_parts_of_a_stamp_are_one_time(tmp_path: Path, stem: str):
+    """As ROS exports them: whole seconds alone were taken for the time, and nanoseconds for a current."""
+    nanoseconds = 1_790_000_000_990_000_000 + 4_000_000 * np.arange(ROWS)
+    parts = {f"{stem}sec": nanoseconds // 10**9, f"{stem}nanosec": nanoseconds % 10**9}
+    pd.DataFrame(parts | {"torque (Nm)": 0.5, "angle (rad)": 0.1}).to_csv(tmp_path / "a.csv", index=False)
+    table, told = with_seconds(read_logged_table(tmp_path / "a.csv")[0])
+    assert told == f"'{stem}sec' and '{stem}nanosec', read as seconds from the first row"
+    assert table.columns == ("time_s", "torque (Nm)", "angle (rad)")
+    np.testing.assert_allclose(table.numbers("time_s"), 0.004 * np.arange(ROWS), atol=1e-9)
+
+
 def test_a_mapped_column_keeps_its_name(tmp_path: Path):
     table, _ = with_seconds(read_logged_table(written(tmp_path, "Uhr"))[0], {"Uhr"})
     np.testing.assert_allclose(table.numbers("Uhr")[:2], [0.0, 0.004], atol=1e-9)

@@ -1,0 +1,25 @@
+"""What an error proposes for a column whose name does not say enough."""
+
+from __future__ import annotations
+
+import pytest
+
+from haptid.measurement.naming.lacking_columns import propose_target, tell_how_to_name
+
+
+@pytest.mark.parametrize(
+    ("column", "option"),
+    [
+        ("torque (dyn.cm)", "--map 'torque (dyn.cm)=torque_0_Nm*FACTOR' (FACTOR: Nm of one 'dyn.cm')"),
+        ("Drehmoment (mNmx)", "--map 'Drehmoment (mNmx)=torque_0_Nm*FACTOR' (FACTOR: Nm of one 'mNmx')"),
+        ("torque (motor)", "--map 'torque (motor)=torque_0_Nm'"),
+        ("shoulder torque (lb-in)", "--map 'shoulder torque (lb-in)=torque_0_Nm*0.112985'"),
+    ],
+)
+def test_a_unit_that_is_not_known_gets_no_factor_of_another(column: str, option: str):
+    assert tell_how_to_name(["torque"], ["time_s", column], (), None) == f"no torque: use {option}"
+
+
+def test_nothing_is_proposed_in_a_unit_that_is_not_known():
+    assert propose_target("torque", "torque (dyn.cm)", ["time_s", "torque (dyn.cm)"], None) == ("", "")
+    assert propose_target("torque", "torque", ["time_s", "torque"], None) == ("torque_0_Nm", "")
