@@ -11,6 +11,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
+from haptid.support.completion import complete_files
 from haptid.support.declaration import call, command, json_option
 
 STAGES = ("gap", "where", "what")
@@ -30,7 +31,7 @@ WRITES = {
 
 
 @command(EXAMPLES, WRITES)
-@click.argument("campaign", required=False)
+@click.argument("campaign", required=False, shell_complete=complete_files)
 @common_options
 @click.option("--joint", type=int, default=None, help="The joint to study; --joints studies several, each alone.")
 @click.option("--free", default=None, metavar="0,1", help="Runs in which exactly these joints move together.")

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.support.command import exit_codes
+from haptid.support.completion import complete_device, complete_files
 from haptid.support.declaration import call, command, json_option
 
 EXAMPLES_OF_EXPORT = """
@@ -53,7 +54,7 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
 )  # fmt: skip
 @click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
 @click.option(
-    "--device", default=None, metavar="FILE",
+    "--device", default=None, metavar="FILE", shell_complete=complete_files,
     help="The device's file, where the results have no copy of it.",
 )  # fmt: skip
 @click.option(
@@ -73,7 +74,7 @@ def export(**settings: Any) -> Any:
 
 
 @command(EXAMPLES_OF_FMUS, WRITES)
-@click.argument("device", default="freedom6s")
+@click.argument("device", default="freedom6s", shell_complete=complete_device)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),

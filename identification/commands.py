@@ -10,6 +10,7 @@ from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
+from haptid.support.completion import complete_files
 from haptid.support.declaration import call, command, json_option
 
 EXAMPLES = """
@@ -30,7 +31,7 @@ WRITES = {
 
 
 @command(EXAMPLES, WRITES)
-@click.argument("campaign", required=False)
+@click.argument("campaign", required=False, shell_complete=complete_files)
 @common_options
 @click.option(
     "--fmu",

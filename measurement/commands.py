@@ -11,6 +11,7 @@ from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import exit_codes
+from haptid.support.completion import complete_device, complete_table
 from haptid.support.declaration import call, command, json_option, number_of_option
 
 EXAMPLES_OF_CHECK = """
@@ -57,6 +58,7 @@ def check(**settings: Any) -> Any:
 @click.option(
     "--device",
     default=None,
+    shell_complete=complete_device,
     help="Built-in device, device TOML or URDF (from here or from FOLDER), or single_joint (default).",
 )
 @click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
@@ -77,6 +79,7 @@ def check(**settings: Any) -> Any:
     "--validate",
     multiple=True,
     metavar="FILE|PATTERN",
+    shell_complete=complete_table,
     help="Runs kept from every fit, as in 'val_*.csv'; may be repeated.",
 )
 @click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.support.command import exit_codes
+from haptid.support.completion import complete_device
 from haptid.support.declaration import call, command, json_option
 
 EXAMPLES = """
@@ -22,7 +23,7 @@ WRITES = {
 
 
 @command(EXAMPLES, WRITES)
-@click.argument("device", default="freedom6s")
+@click.argument("device", default="freedom6s", shell_complete=complete_device)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),

@@ -6,6 +6,7 @@ import io
 import os
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -15,6 +16,7 @@ import haptid
 from haptid.command_line import COMMANDS, main
 from haptid.discrepancy.commands import STAGES as OFFERED
 from haptid.discrepancy.finding.stages import STAGES
+from haptid.model.device.reader import builtin_devices
 from haptid.support import declaration
 from haptid.support.errors import InputError
 from haptid.support.installing.environment import ROOT
@@ -116,6 +118,55 @@ def test_the_shell_completes_commands_and_options(typed: str, completed: str):
     command = [sys.executable, "-m", "haptid"]
     done = subprocess.run(command, cwd=ROOT, env=os.environ | words, capture_output=True, text=True, check=True)
     assert done.stdout == f"plain,{completed}\n"
+
+
+def complete(typed: str, folder: Path) -> list[str]:
+    """Return what Bash is told to complete in a folder after the words of a command line."""
+    words = {"_HAPTID_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" "))}
+    done = subprocess.run(
+        [sys.executable, "-m", "haptid"], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT), **words},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return done.stdout.split("\n")[:-1]
+
+
+@pytest.mark.parametrize(
+    "typed", ["identify ", "missing my", "plan x", "fmus ../", "init tables --device x", "export --device "]
+)
+def test_the_shell_completes_files_where_an_argument_is_one(typed: str, tmp_path: Path):
+    assert complete(f"haptid {typed}", tmp_path) == [f"file,{typed.rsplit(' ', maxsplit=1)[-1]}"]
+
+
+def test_the_shell_completes_devices_and_tables(tmp_path: Path):
+    (tmp_path / "tables").mkdir()
+    for name in ("arm.urdf", "campaign.toml", "notes.md", "with blank.toml", "tables/leg.toml", "tables/val_1.csv"):
+        (tmp_path / name).touch()
+    built_in = [f"plain,{name}" for name in builtin_devices()]
+    assert complete("haptid plan ", tmp_path) == complete("haptid fmus ", tmp_path)
+    assert complete("haptid plan ", tmp_path) == [*built_in, "plain,arm.urdf", "plain,tables/"]
+    assert complete("haptid plan free", tmp_path) == ["plain,freedom6s"]
+    told = [*built_in, "plain,leg.toml", "plain,arm.urdf", "plain,tables/"]
+    assert complete("haptid init tables --device ", tmp_path) == told
+    assert complete("haptid init tables --validate v", tmp_path) == ["plain,val_1.csv"]
+    assert complete("haptid init no_such --validate v", tmp_path) == ["file,v"]
+
+
+def test_a_completion_imports_neither_numpy_nor_a_reader_of_devices():
+    script = "\n".join((
+        "import sys",
+        "from haptid.command_line import main",
+        "try:",
+        "    main(prog_name='haptid')",
+        "finally:",
+        "    print(*sys.modules)",
+    ))  # fmt: skip
+    words = {"_HAPTID_COMPLETE": "bash_complete", "COMP_WORDS": "haptid plan ", "COMP_CWORD": "2"}
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=ROOT, env=os.environ | words, capture_output=True, text=True, check=True)
+    *completed, modules = done.stdout.splitlines()
+    assert "plain,freedom6s" in completed
+    assert "haptid.model.commands" in modules.split()
+    assert not {"numpy", "pandas", "sympy", "haptid.model.device.reader"} & set(modules.split())
 
 
 class Terminal(io.StringIO):
