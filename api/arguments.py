@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from numbers import Integral
-from typing import Protocol
+from numbers import Integral, Real
+from typing import Any, Protocol
 
 from haptid.measurement.values.campaign import Campaign
 from haptid.support.command import listening
@@ -140,6 +140,125 @@ def joints_of(argument: str, given: int | Sequence[int] | None) -> tuple[int, ..
 def _no_joints(argument: str, given: object) -> InputError:
     todo = "joints are named by the numbers of their columns, as 0 of torque_0_Nm"
     return InputError(argument, expected="a number of a joint, or several as in (0, 1)", got=repr(given), todo=todo)
+
+
+def names_of_runs(argument: str, given: object, runs: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of runs, or patterns of them, that the caller gave.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    given
+        One text, several, or None for none.
+    runs
+        Names of all runs.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    InputError
+        Where something else was given, as the number of a run.
+    """
+    if given is None:
+        return ()
+    names = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
+    for name in names:
+        if not isinstance(name, str):
+            expected, todo = "names of runs, or patterns such as 'val_*'", f"the runs are {', '.join(map(repr, runs))}"
+            raise InputError(argument, expected=expected, got=repr(name), todo=todo)
+    return names
+
+
+def texts_by_text(argument: str, given: object, example: str) -> dict[str, str]:
+    """Return a mapping that the caller gave.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    given
+        The mapping, or None for an empty one.
+    example
+        Such a mapping as it is typed.
+
+    Returns
+    -------
+    dict
+        Keys and values as texts.
+
+    Raises
+    ------
+    InputError
+        Where something else was given.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise InputError(argument, expected="a mapping", got=repr(given), todo=f"write {argument}={example}")
+    return {str(key): str(value) for key, value in given.items()}
+
+
+def tables_of_joints(argument: str, given: object) -> dict[int, Mapping[str, Any]]:
+    """Return what the caller states of joints.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    given
+        Mappings by number of the joint; None for none.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        Where it is no mapping of mappings, or a key is no number.
+    """
+    if given is None:
+        return {}
+    expected, todo = "mappings by number of the joint", f'write {argument}={{0: {{"friction": "dahl"}}}}'
+    if not isinstance(given, Mapping):
+        raise InputError(argument, expected=expected, got=repr(given), todo=todo)
+    tables: dict[int, Mapping[str, Any]] = {}
+    for joint, table in given.items():
+        numbered = isinstance(joint, Integral) or (isinstance(joint, str) and joint.isdecimal())
+        if not numbered or not isinstance(table, Mapping):
+            raise InputError(argument, expected=expected, got=repr({joint: table}), todo=todo)
+        tables[int(joint)] = table
+    return tables
+
+
+def number_of(argument: str, given: object) -> float | None:
+    """Return a number that the caller gave.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    given
+        Any real number, of numpy as well; None for none.
+
+    Returns
+    -------
+    float or None
+
+    Raises
+    ------
+    InputError
+        Where something else was given, as a text.
+    """
+    if given is None:
+        return None
+    if not isinstance(given, Real) or isinstance(given, bool):
+        raise InputError(argument, expected="a number in rad (m of a slide)", got=repr(given), todo="or leave it out")
+    return float(given)
 
 
 def only_one(wanted: int | None, known: Sequence[int]) -> int:

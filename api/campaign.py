@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import pandas as pd
 
-from haptid.api.arguments import check_choice, errors_name_arguments, joints_of, listener_of
+from haptid.api.arguments import (
+    check_choice,
+    errors_name_arguments,
+    joints_of,
+    listener_of,
+    names_of_runs,
+    number_of,
+    tables_of_joints,
+    texts_by_text,
+)
 from haptid.api.find_missing import find_values
 from haptid.api.identified import Identified, complete
 from haptid.api.identify import identify_values
@@ -104,8 +113,8 @@ class Campaign:
         device: str | Path | Device = SINGLE_JOINT,
         measured: bool = True,
         title: str = "",
-        validate: Sequence[str] = (),
-        free: Sequence[int] | None = None,
+        validate: str | Sequence[str] | None = (),
+        free: int | Sequence[int] | None = None,
         noise: float | None = None,
         resolution: float | None = None,
         hold: Hold = "zero",
@@ -130,12 +139,13 @@ class Campaign:
         title
             One line that names the tests.
         validate
-            Names of the runs that are kept from every fit; patterns such as ``val_*`` are allowed. Where there is none,
-            the last third of the longest run is held out.
+            Names of the runs that are kept from every fit; patterns such as ``val_*`` are allowed. Where none is named
+            (None, too), the last third of the longest run is held out.
         free
             Joints that move in all runs; None for those that do in each.
         noise
-            Standard deviation of the position's noise [rad] ([m]); None to estimate it.
+            Standard deviation of the position's noise [rad] ([m]), by which fits weigh the rows and results measure
+            their residuals; None to estimate it.
         resolution
             Encoder step [rad] ([m]), which is also the size of one count; None to estimate it.
         hold
@@ -166,18 +176,19 @@ class Campaign:
         """
         with errors_name_arguments():
             tables = frames_by_name(frames)
+            meanings = texts_by_text("columns", columns, '{"M": "torque_0_Nm"}')
             answers = Answers(
                 title=title or "campaign from data frames",
                 device=device if isinstance(device, Device) else find_device(str(device), Path()),
                 measured=measured,
                 hold=hold,
-                noise=noise,
-                resolution=resolution,
-                validate=select_runs(validate, tuple(tables)),
-                free=None if free is None else tuple(free),
-                stated=parse_map(tuple(f"{column}={target}" for column, target in (columns or {}).items())),
+                noise=number_of("noise", noise),
+                resolution=number_of("resolution", resolution),
+                validate=select_runs(names_of_runs("validate", validate, tables), tuple(tables)),
+                free=joints_of("free", free),
+                stated=parse_map(tuple(f"{column}={target}" for column, target in meanings.items())),
             )
-            return cls(ready_for_fits(campaign_from_frames(tables, answers, joints or {})))
+            return cls(ready_for_fits(campaign_from_frames(tables, answers, tables_of_joints("joints", joints))))
 
     @property
     def title(self) -> str:
@@ -219,8 +230,8 @@ class Campaign:
 
     def identify(  # one argument a choice
         self,
+        joints: int | Sequence[int] | None = None,
         *,
-        joints: Sequence[int] | None = None,
         folder: Path | str | None = None,
         kind: Kind | None = "python",
         options: FitOptions | None = None,
@@ -233,7 +244,7 @@ class Campaign:
         Parameters
         ----------
         joints
-            Only these joints; None for all.
+            Only this joint, or these; None for all.
         folder
             Folder in which everything is written that ``haptid identify`` writes. An interrupted call with the same
             folder goes on from the joints that were finished. None for a temporary one, without report and FMUs.
@@ -279,8 +290,8 @@ class Campaign:
 
     def posterior(  # noqa: PLR0913 # one argument a choice
         self,
+        joints: int | Sequence[int] | None = None,
         *,
-        joints: Sequence[int] | None = None,
         folder: Path | str | None = None,
         quick: bool = False,
         sensitivity: bool = False,
@@ -297,7 +308,7 @@ class Campaign:
         Parameters
         ----------
         joints
-            Only these joints; None for all.
+            Only this joint, or these; None for all.
         folder
             Folder in which everything is written that ``haptid posterior`` writes. The sampling begins at the fits that
             an ``identification.json`` there holds. None for a temporary one.

@@ -303,8 +303,8 @@ class Identified:
 
     def posterior(
         self,
+        joints: int | Sequence[int] | None = None,
         *,
-        joints: Sequence[int] | None = None,
         quick: bool = False,
         seed: int = 0,
         workers: int = 1,

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 import pandas as pd
 from markupsafe import escape
 from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 
 from haptid.report.common.style import style
+from haptid.support.errors import InputError
 
 
 def html_of(title: str, sentence: str, tables: Mapping[str, pd.DataFrame], *, measured: bool) -> str:
@@ -50,9 +52,21 @@ def axes_or_new(ax: Axes | None) -> Axes:
     -------
     matplotlib.axes.Axes
         The given or the new ones.
+
+    Raises
+    ------
+    InputError
+        Where a figure, or several axes, are given.
     """
     if ax is not None:
-        return ax
+        given: object = ax
+        if isinstance(given, Axes):
+            return given
+        figure = isinstance(given, FigureBase)
+        todo = (
+            "give figure.gca()" if figure else "of several axes give one, as axes[0] of figure, axes = plt.subplots(2)"
+        )
+        raise InputError("ax", expected="Axes of matplotlib", got=f"one {type(given).__name__}", todo=todo)
     from matplotlib import pyplot as plt  # noqa: PLC0415 (commands draw without it)
 
     with style():

@@ -149,7 +149,9 @@ def _with_statements(found: Mapping[str, Any], joints: Mapping[int, Mapping[str,
     tables = dict(found)
     for joint, stated in joints.items():
         known = found.get(str(joint), {})
-        drive = known.get("drive", {}) | stated.get("drive", {})
+        drive = stated.get("drive", {})
+        if isinstance(drive, Mapping):  # else the check of the campaign says what it is
+            drive = known.get("drive", {}) | dict(drive)
         tables[str(joint)] = {**known, **stated, **({"drive": drive} if drive else {})}
     return tables
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -228,6 +229,24 @@ def test_a_fault_names_run_row_and_column(frames, change, told):
         ({"columns": {"M": "torque"}}, "columns: expected COLUMN=NAME"),
         ({"joints": {0: {"frction": "dahl"}}}, "frames, joint.0.frction: expected"),
         ({"hold": "cubic"}, "frames, campaign.hold: expected"),
+        (
+            {"validate": [2]},
+            "validate: expected names of runs, or patterns such as 'val_*', got 2; the runs are 'a', 'b', 'c'",
+        ),
+        ({"validate": 2}, "validate: expected names of runs, or patterns such as 'val_*', got 2; the runs are"),
+        (
+            {"joints": [{"friction": "dahl"}]},
+            "joints: expected mappings by number of the joint, got [{'friction': 'dahl'}]; "
+            'write joints={0: {"friction": "dahl"}}',
+        ),
+        ({"joints": {0: "dahl"}}, "joints: expected mappings by number of the joint, got {0: 'dahl'}; write joints="),
+        ({"joints": {"elbow": {}}}, "joints: expected mappings by number of the joint, got {'elbow': {}}"),
+        ({"joints": {0: {"drive": "voltage"}}}, "frames, joint.0.drive: expected a table with kind, got 'voltage'"),
+        ({"columns": ["M"]}, """columns: expected a mapping, got ['M']; write columns={"M": "torque_0_Nm"}"""),
+        ({"free": "elbow"}, "free: expected a number of a joint, or several as in (0, 1), got 'elbow'"),
+        ({"noise": "1e-4"}, "noise: expected a number in rad (m of a slide), got '1e-4'"),
+        ({"noise": 0}, "frames, sensor.noise_rad: expected a positive number"),
+        ({"resolution": "x"}, "resolution: expected a number in rad (m of a slide), got 'x'"),
     ],
 )
 def test_a_wrong_argument_is_named(frames, arguments, told):
@@ -250,6 +269,9 @@ def test_a_wrong_argument_is_named(frames, arguments, told):
         (lambda c: c.find_missing(kind="foo"), "kind: expected one of python, native, native3, got 'foo'"),
         (lambda c: c.identify(joints="elbow"), "joints: expected a number of a joint"),
         (lambda c: c.identify(joints=7), "joints: expected"),
+        (lambda c: c.identify(7), "joints: expected joints with runs to fit (0), got 7"),
+        (lambda c: c.posterior(7), "joints: expected joints with runs to fit (0), got 7"),
+        (lambda c: c.posterior("elbow"), "joints: expected a number of a joint"),
         (lambda c: c.identify(kind="foo"), "kind: expected one of python, native, native3, got 'foo'"),
     ],
 )
@@ -479,6 +501,30 @@ def test_one_run_that_validates_is_named_without_a_list(frames):
     uses = {run.file: run.use for run in Campaign.from_frames(frames, validate=kept).runs}
     assert uses.pop(kept) == "validate"
     assert set(uses.values()) == {"fit"}
+
+
+def test_where_no_run_is_named_a_part_is_held_out(frames):
+    """None ended in a TypeError."""
+    one, other = (Campaign.from_frames(frames, validate=given) for given in (None, ()))
+    assert [run.use for run in one.runs] == [run.use for run in other.runs] == ["fit", "validate", "fit", "fit"]
+
+
+@pytest.mark.parametrize("noise", [1e-4, np.float32(1e-4)])
+def test_a_stated_noise_is_that_of_all_runs(frames, noise):
+    campaign = Campaign.from_frames(frames, noise=noise)
+    assert {float(run.noise[0]) for run in campaign.runs} == {float(noise)}
+    doubtful = Campaign.from_frames(frames, noise=50.0 * noise)
+    assert "a noise of 0.005 is stated, the rows show 0.0001: is it in the position's unit?" in doubtful.remarks[0]
+
+
+def test_results_are_continued_by_the_same_places_of_arguments():
+    """A joint without its keyword was a TypeError in one call and none in the other."""
+    calls = (
+        Campaign.identify, Campaign.posterior, Campaign.find_missing, Identified.posterior, Identified.find_missing
+    )  # fmt: skip
+    for call in calls:
+        first = list(signature(call).parameters.values())[1]
+        assert (first.name.rstrip("s"), first.kind) == ("joint", first.POSITIONAL_OR_KEYWORD), call
 
 
 def test_not_all_runs_may_validate(frames):

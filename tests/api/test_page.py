@@ -230,6 +230,10 @@ def test_wrong_names_are_refused_in_one_line(identified: Identified, posteriors:
         (lambda: posteriors.plot_marginal("mass"), "parameter: expected one of inertia, "),
         (lambda: posteriors.plot_prediction(run="none"), r"run: expected a run of joint 0 \(unseen, slow, fast\)"),
         (lambda: missing.plot_where("colour"), "variable: expected one of position_rad, "),
+        (lambda: identified.posterior(3), r"joints: expected joints with runs to fit \(0\), got 3"),
+        (lambda: identified.plot_fit(ax=plt.figure()), r"ax: expected Axes .*, got one Figure; give figure.gca\(\)"),
+        (lambda: posteriors.plot_widths(ax=plt.figure()), r"ax: expected Axes .*, got one Figure; "),
+        (lambda: missing.plot_where(ax=plt.figure()), r"ax: expected Axes .*, got one Figure; "),
     )
     for call, told in cases:
         with pytest.raises(InputError, match=told) as caught:
