@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from datetime import datetime, timedelta
 
 import numpy as np
 import pandas as pd
@@ -37,9 +38,9 @@ NANOSECONDS = re.compile(r"(.*?)(?:nano?secs?|nsecs?|nanoseconds)", re.IGNORECAS
 def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str]:
     """Return a table whose dates (with the time of day) or durations are seconds from its first row.
 
-    Dates are read as ISO 8601 has them, with dots, where the day comes first, and with slashes after the year. A time
-    of day without a date may pass midnight. Whole seconds and nanoseconds in two columns, as stamps of ROS, are one
-    time.
+    Dates are read as ISO 8601 has them, with dots, where the day comes first, and with slashes after the year. Those of
+    several time zones are counted in UTC, where one without a zone is taken to be. A time of day without a date may pass
+    midnight. Whole seconds and nanoseconds in two columns, as stamps of ROS, are one time.
 
     Parameters
     ----------
@@ -74,6 +75,8 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
     cells = table.frame[column]
     if pd.api.types.is_timedelta64_dtype(cells.dtype):
         moments = cells
+    elif isinstance(cells.dropna().iloc[0], timedelta | np.timedelta64):
+        moments = pd.to_timedelta(cells, errors="coerce")
     else:
         cells = _in_iso(cells)
         _refuse_uncertain(table, column, cells)
@@ -238,6 +241,8 @@ def _holds_dates(cells: pd.Series) -> bool:
 
 
 def _is_date(cell: object) -> bool:
+    if isinstance(cell, datetime | np.datetime64 | timedelta | np.timedelta64):  # of several time zones, for example
+        return True
     forms = (ISO_DATE, DOTTED_DATE, SLASHED_DATE, UNCERTAIN_DATE, TIME_OF_DAY)
     return isinstance(cell, str) and any(form.fullmatch(cell) for form in forms)
 

@@ -52,6 +52,8 @@ UNCERTAIN_DATE = re.compile(
 TIME_OF_DAY = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*")
 """A time of day without its date, or hours of a stopwatch. Groups: hours, minutes, seconds."""
 READ_BY_INIT = "dates are read where a campaign is made (haptid init): write seconds here"
+READ_AS_TIME = "of dates, those of one column, the time, are read: leave one such column, or write a number here"
+"""What a program does about a date in a data frame that was not read."""
 WRITE_ISO = "the order of the date is not certain: write ISO 8601, as 2026-03-12T10:00:00.004"
 TODO_BY_CELL = (
     (re.compile(r"\s*[+-]?\d{1,3}(,\d{3})+\.\d*\s*|\s*[+-]?\d{1,3}(,\d{3}){2,}\s*"),
@@ -207,6 +209,8 @@ class Table:
         if self.in_memory and pd.isna(cell):
             todo = EMPTY_COLUMN if np.isnan(values).all() else DROP_EMPTY
         todo = next((known for form, known in TODO_BY_CELL if form.fullmatch(str(cell))), todo)
+        if self.in_memory and todo == READ_BY_INIT:
+            todo = READ_AS_TIME if np.isnan(values).all() else CORRECT_CELL
         return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)
 
     def _as_written(self, column: str, index: int) -> Any:

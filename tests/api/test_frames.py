@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from datetime import timedelta, timezone
 from inspect import signature
 from pathlib import Path
 
@@ -328,6 +329,41 @@ def test_a_time_of_pandas_is_seconds_from_the_first_row(frames, unit):
     campaign = Campaign.from_frames(timed, validate=["c"])
     for run, other in zip(campaign.runs, Campaign.from_frames(frames, validate=["c"]).runs, strict=True):
         assert run.t == pytest.approx(other.t, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        lambda at, k: at.tz_convert("Europe/Berlin" if k % 2 else "America/New_York"),
+        lambda at, k: at.tz_convert("Europe/Berlin" if k % 2 else "America/New_York").isoformat(),
+        lambda at, k: at.to_pydatetime().astimezone(timezone(timedelta(hours=k % 3))),
+        lambda at, _k: at.tz_localize(None).to_datetime64(),
+        lambda at, _k: (at - pd.Timestamp(0, tz="UTC")).to_pytimedelta(),
+    ],
+    ids=["zones", "texts", "datetime", "datetime64", "timedelta"],
+)
+def test_moments_as_objects_are_seconds_from_the_first_row(frames, form):
+    """Of several time zones pandas makes a column of objects: its dates were refused, with advice on a command."""
+    table = frames["a"].rename(columns={"t (ms)": "time"})
+    start = pd.Timestamp("2026-03-29T00:59:58", tz="UTC")  # Berlin changes its clocks two seconds later
+    at = [form(start + pd.Timedelta(ms, unit="ms"), k) for k, ms in enumerate(table["time"])]
+    campaign = Campaign.from_frames({"a": table.assign(time=pd.Series(at, dtype=object))})
+    for run, other in zip(campaign.runs, Campaign.from_frames({"a": frames["a"]}).runs, strict=True):
+        assert run.t == pytest.approx(other.t, abs=1e-6)
+
+
+def test_a_date_that_is_no_time_is_told_what_a_program_does(frames):
+    stamp = pd.Timestamp("2026-03-29T00:59:58", tz="UTC")
+    table = frames["a"].rename(columns={"t (ms)": "time_s"}).assign(time_s=lambda table: table["time_s"] / 1e3)
+    dated = table.assign(**{"Angle 0 (deg)": pd.Series([stamp] * len(table), dtype=object)})
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames({"a": dated})
+    assert str(caught.value).endswith("; of dates, those of one column, the time, are read: leave one such column, "
+                                      "or write a number here")  # fmt: skip
+    times = [f"2026-03-29T00:59:58.{k:06d}" for k in range(len(table))]
+    times[5] = "2026-13-45T00:59:58"
+    with pytest.raises(InputError, match=r"row 6, time_s: expected a finite number, got '2026-13-45.*'; correct the"):
+        Campaign.from_frames({"a": table.assign(time_s=times)})
 
 
 def test_a_time_without_unit_is_taken_for_seconds_and_told(frames):
