@@ -52,6 +52,8 @@ MINUTES, OTHERS = "takes minutes", "needs what others install"
 NOT_RUN = {
     ("cluster", "dask scheduler"): "needs several machines; tests/identification/job has a scheduler on one",
     ("commands", "echo 'eval"): "changes the reader's shell",
+    ("commands", "echo 'autoload"): "changes the reader's shell",
+    ("commands", "mkdir -p ~/.config/fish"): "changes the reader's shell",
     ("find_missing_physics", "python -m discrepancy.run my_campaign --free 0,1 --out"): MINUTES,
     ("find_missing_physics", "python -m discrepancy.run my_campaign --free 0,1,2"): MINUTES,
     ("find_missing_physics", "python -m fmu_build.export"): MINUTES,
