@@ -30,6 +30,9 @@ RUN_IN = {
     ): "test_results_of_one_joint_are_printed_and_exported_and_simulated",
     ("commands", "haptid init my_tables --out my_campaign --yes"): "test_tables_are_brought_in_without_a_question",
     ("commands", "haptid fleet all_campaigns"): "test_devices_are_compared",
+    ("commands", "echo 'eval"): "test_a_new_shell_completes",
+    ("commands", "echo 'autoload"): "test_a_new_shell_completes",
+    ("commands", "mkdir -p ~/.config/fish"): "test_a_new_shell_completes",
     ("find_missing_physics", "python -m discrepancy.run my_campaign --joint 3 --out"): "test_a_joint_is_searched",
     ("find_missing_physics", "python -m discrepancy.run my_campaign --joint 3 --effects"): "test_a_joint_is_searched",
     ("foreign_fmu", "python -m measurement.check my_campaign"): "test_an_fmu_of_others_is_calibrated",
@@ -51,9 +54,6 @@ RUN_IN = {
 MINUTES, OTHERS = "takes minutes", "needs what others install"
 NOT_RUN = {
     ("cluster", "dask scheduler"): "needs several machines; tests/identification/job has a scheduler on one",
-    ("commands", "echo 'eval"): "changes the reader's shell",
-    ("commands", "echo 'autoload"): "changes the reader's shell",
-    ("commands", "mkdir -p ~/.config/fish"): "changes the reader's shell",
     ("find_missing_physics", "python -m discrepancy.run my_campaign --free 0,1 --out"): MINUTES,
     ("find_missing_physics", "python -m discrepancy.run my_campaign --free 0,1,2"): MINUTES,
     ("find_missing_physics", "python -m fmu_build.export"): MINUTES,
@@ -97,24 +97,49 @@ def test_the_named_test_runs_the_block(key: tuple[str, str]):
 
 
 @pytest.fixture(scope="module")
-def shell(tmp_path_factory: pytest.TempPathFactory):
-    """Run a block of a page in a folder, with ``haptid`` and ``python`` as this interpreter has them."""
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Variables of a shell that has ``haptid`` and ``python`` as this interpreter has them."""
     tools = tmp_path_factory.mktemp("tools")
     for name, words in (("haptid", "-m haptid"), ("python", "")):
         (tools / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {words} "$@"\n', encoding="utf-8")
         (tools / name).chmod(0o755)
     path = os.pathsep.join([str(tools), str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    environment = {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
+    return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
 
-    def run(folder: Path, page: str, start: str) -> str:
+
+@pytest.fixture(scope="module")
+def shell(environment: dict[str, str]):
+    """Run a block of a page in a folder."""
+
+    def run(folder: Path, page: str, start: str, **variables: str) -> str:
         done = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", shown(f"{page}.md", ("", "bash"), start)],
-            cwd=folder, env=environment, capture_output=True, text=True, timeout=LONGEST_S, check=False,
+            cwd=folder, env=environment | variables, capture_output=True, text=True, timeout=LONGEST_S, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         return done.stdout
 
     return run
+
+
+@pytest.mark.parametrize("name", ["bash", "zsh", "fish"])
+def test_a_new_shell_completes(tmp_path: Path, shell, environment: dict[str, str], name: str):
+    """Zsh did not know compdef, and the folder of Fish was not there."""
+    if shutil.which(name) is None:
+        pytest.skip("the shell is not installed")
+    block, words, told = {
+        "bash": (("commands", "echo 'eval"), ["-i", "-c", "complete -p haptid"], "-F _haptid_completion haptid"),
+        "zsh": (("commands", "echo 'autoload"), ["-i", "-c", "echo ${_comps[haptid]}"], "_haptid_completion"),
+        "fish": (("commands", "mkdir -p ~/.config/fish"), ["-c", "complete -C'haptid plan free'"], "freedom6s"),
+    }[name]
+    home = {"HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path / ".config"), "ZDOTDIR": str(tmp_path)}
+    shell(tmp_path, *block, **home)
+    done = subprocess.run(
+        [name, *words], cwd=tmp_path, env=environment | home, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+        timeout=LONGEST_S, check=False,
+    )  # fmt: skip
+    assert told in done.stdout
+    assert "not found" not in done.stderr
 
 
 def write_campaign(folder: Path, joint: int, seeds: range = range(3)) -> None:
