@@ -11,8 +11,8 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
-from haptid.support.completion import complete_files
-from haptid.support.declaration import call, command, json_option
+from haptid.support.declaring.completion import complete_files
+from haptid.support.declaring.declaration import call, command, json_option
 
 STAGES = ("gap", "where", "what")
 """Stages that may be asked for alone, as `haptid.discrepancy.finding.stages` does them."""

@@ -8,8 +8,8 @@ from typing import Any
 import click
 
 from haptid.support.command import exit_codes
-from haptid.support.completion import complete_device, complete_files
-from haptid.support.declaration import call, command, json_option
+from haptid.support.declaring.completion import complete_device, complete_files
+from haptid.support.declaring.declaration import call, command, json_option
 
 EXAMPLES_OF_EXPORT = """
 haptid export --from results --out arm.fmu

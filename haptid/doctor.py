@@ -19,7 +19,7 @@ from typing import Any
 
 import click
 
-from haptid.support.declaration import IncompleteError
+from haptid.support.declaring.declaration import IncompleteError
 from haptid.support.errors import one_line, shorten
 from haptid.support.files.cache import VARIABLE, cache_folder
 from haptid.support.installing.environment import in_clone, missing

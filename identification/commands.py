@@ -10,8 +10,8 @@ from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
-from haptid.support.completion import complete_files
-from haptid.support.declaration import call, command, json_option
+from haptid.support.declaring.completion import complete_files
+from haptid.support.declaring.declaration import call, command, json_option
 
 EXAMPLES = """
 haptid identify my_campaign --out results

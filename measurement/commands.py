@@ -11,8 +11,8 @@ from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import exit_codes
-from haptid.support.completion import complete_device, complete_table
-from haptid.support.declaration import call, command, json_option, number_of_option
+from haptid.support.declaring.completion import complete_device, complete_table
+from haptid.support.declaring.declaration import call, command, json_option, number_of_option
 
 EXAMPLES_OF_CHECK = """
 haptid check my_campaign

@@ -31,7 +31,6 @@ from haptid.measurement.making.prepared import (
     map_currents,
     prepare_tables,
 )
-from haptid.measurement.making.thousands import refuse_thousands
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.users_places import name_users_places
 from haptid.measurement.making.writing import refuse_overwrite, write_table
@@ -41,6 +40,7 @@ from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import known_names
 from haptid.measurement.recordings.recording import KINDS, names_of_recordings, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
+from haptid.measurement.tables.thousands import refuse_thousands
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import word_command

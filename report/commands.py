@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from haptid.support.command import exit_codes
-from haptid.support.declaration import call, command, json_option
+from haptid.support.declaring.declaration import call, command, json_option
 
 EXAMPLES = """
 haptid report results

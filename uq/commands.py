@@ -11,7 +11,7 @@ from haptid.identification.foreign.options import limit_option
 from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
-from haptid.support.declaration import call, command, json_option
+from haptid.support.declaring.declaration import call, command, json_option
 
 EXAMPLES = """
 haptid posterior my_campaign --out results

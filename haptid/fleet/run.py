@@ -19,7 +19,7 @@ from haptid.fleet.result import Identified, device_json, fleet_json, members_csv
 from haptid.identification.sequence.resume import code_digest
 from haptid.report.common.stored_page import write_page
 from haptid.support.command import parse_joints
-from haptid.support.declaration import IncompleteError
+from haptid.support.declaring.declaration import IncompleteError
 from haptid.support.errors import InputError, one_line
 from haptid.support.files.files import check_writable, read_json, write_json, write_text
 from haptid.support.files.folder_lock import lock_folder

@@ -39,8 +39,8 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
     """Return a table whose dates (with the time of day) or durations are seconds from its first row.
 
     Dates are read as ISO 8601 has them, with dots, where the day comes first, and with slashes after the year. Those of
-    several time zones are counted in UTC, where one without a zone is taken to be. A time of day without a date may pass
-    midnight. Whole seconds and nanoseconds in two columns, as stamps of ROS, are one time.
+    several time zones are counted in UTC, where one without a zone is taken to be. A time of day without a date may
+    pass midnight. Whole seconds and nanoseconds in two columns, as stamps of ROS, are one time.
 
     Parameters
     ----------

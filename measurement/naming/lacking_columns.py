@@ -23,8 +23,8 @@ COUNT = "0.00153398"
 """Radians of one count where 4096 make a turn, as a remedy writes them."""
 FACTOR = "FACTOR"
 """Stands for the factor of a unit that is not known."""
-UNIT = re.compile(r"(?!(?i:joint|motor|axis|left|right|raw|meas|act|est|cmd|load|link)\b)\S{1,8}")
-"""What may be a unit in brackets: one short word, and none that tells a place or a kind."""
+UNIT = re.compile(r"(?!(?i:joint|motor|axis|left|right|raw|meas|act|est|cmd|load|link)\b)\S{1,8}(?: \S{1,3})?")
+"""What may be a unit in brackets: a short word, or two, and none that tells a place or a kind."""
 COUNTED = (
     r"^(?!.*(?:torque|tau|effort|force|moment|current|amp|volt|duty|pwm|temp|time|stamp|clock)).*"
     rf"{_ALONE.format('(?:counts?|cnts?|ticks?|raw|lsb|adc)')}"

@@ -385,7 +385,10 @@ def test_a_time_without_unit_is_taken_for_seconds_and_told(frames):
             'use columns={"M": "torque_0_Nm", "Angle": "position_0_rad"} (radians; degrees: position_0_rad*0.0174533)',
         ),
         ({"t (ms)": "Time"}, 'no time: use columns={"Time": "time_s*0.001"}'),
-        ({"Torque 0 (Nmm)": "Torque (lbf ft)"}, 'use columns={"Torque (lbf ft)": "torque_0_Nm*1.35582"}'),
+        (
+            {"Torque 0 (Nmm)": "Torque (dyn cm)"},
+            """use columns={"Torque (dyn cm)": "torque_0_Nm*FACTOR"} (FACTOR: Nm of one 'dyn cm')""",
+        ),
         ({"Torque 0 (Nmm)": "Torque 1 (Nmm)"}, "torques of 1, positions of 0; give both one number by columns="),
     ],
 )

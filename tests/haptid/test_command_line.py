@@ -17,7 +17,7 @@ from haptid.command_line import COMMANDS, main
 from haptid.discrepancy.commands import STAGES as OFFERED
 from haptid.discrepancy.finding.stages import STAGES
 from haptid.model.device.reader import builtin_devices
-from haptid.support import declaration
+from haptid.support.declaring import declaration
 from haptid.support.errors import InputError
 from haptid.support.installing.environment import ROOT
 from haptid.version import version

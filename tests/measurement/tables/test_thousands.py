@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from haptid.measurement.making.logged_table import read_logged_table
-from haptid.measurement.making.thousands import refuse_thousands
 from haptid.measurement.tables.table import Table
+from haptid.measurement.tables.thousands import refuse_thousands
 from haptid.support.errors import InputError
 
 COUNTS = np.round(4000 * np.sin(0.1 * np.arange(400))).astype(int)
