@@ -6,6 +6,7 @@ lines before the header, a comment sign in front of it and Windows' encoding are
 
 from __future__ import annotations
 
+import codecs
 import csv
 import gzip
 import io
@@ -34,6 +35,8 @@ NAME_IN_BLANKS = re.compile(r"\S+(?:\s?(?:\[[^\]]*\]|\([^)]*\)))?")
 NUMBER = re.compile(r"\s*[+-]?((\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?|nan|inf)\s*", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 MAY_BE_THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*")
+GZIP = b"\x1f\x8b"
+"""First bytes of what gzip has packed."""
 MOST_LINES_BEFORE_HEADER = 100
 """Lines that a logger writes about itself before the header, at most."""
 ROWS_THAT_SHOW_LAYOUT = 3
@@ -130,6 +133,8 @@ def _unpacked(path: Path) -> bytes:
     """Return what a text holds, packed or not."""
     content = read_content(path, "a table of a run")
     if path.suffix != ".gz":
+        if content.startswith(GZIP):
+            raise InputError(str(path), expected="a table of a run", got="one packed by gzip", todo="name it .csv.gz")
         return content
     try:
         refuse_packed_bomb(path)
@@ -163,7 +168,9 @@ def is_table(path: Path) -> bool:
 
 
 def _decode(content: bytes) -> str:
-    """Return the text of a file in UTF-8, or else in the encoding of Windows, in which ° and µ are one byte."""
+    """Return the text of a file in UTF-8, in UTF-16 that says so, or in that of Windows, in which ° is one byte."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16", errors="replace")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -280,22 +280,27 @@ class Table:
             k = int(back[0]) + 1
             got = f"{t[k]} s after {t[k - 1]} s"
             where = f"{self.row(k)}, time_s"
-            todo = _remedy_of_times(np.diff(t), repeats=bool(t[k] == t[k - 1])) if self.in_memory else ""
+            todo = _remedy_of_times(t, k, in_memory=self.in_memory)
             raise InputError(where, expected="time that increases from row to row", got=got, todo=todo)
         return t
 
 
-def _remedy_of_times(intervals: Array, *, repeats: bool) -> str:
-    """Say what a program does about a data frame whose time does not increase."""
+def _remedy_of_times(t: Array, k: int, *, in_memory: bool) -> str:
+    """Say what to do about times of which that of row k does not follow the one before."""
+    intervals = np.diff(t)
     repeated = int(np.count_nonzero(intervals == 0.0))
-    rows = intervals.size + 1
-    if repeats and repeated > THRESHOLDS.largest_share_of_rows_left_out * rows:
+    if t[k] == t[k - 1] and repeated > THRESHOLDS.largest_share_of_rows_left_out * t.size:
         # Without them hardly half of the rows would be left, at wrong times.
-        return f"{repeated} of {rows} rows repeat a time: give it more digits, as float64"
-    if repeats:
-        return 'leave such rows out, as by df.drop_duplicates("time_s")'
+        more = "give it more digits, as float64" if in_memory else "export it with more digits"
+        return f"{repeated} of {t.size} rows repeat a time: {more}"
+    if t[k] == t[k - 1]:
+        return 'leave such rows out, as by df.drop_duplicates("time_s")' if in_memory else "take such rows out"
+    if t[k] == 0.0 and not t[k:].any():
+        return "the rows from there on are empty: leave them out"
     # Sorted rows of two runs would be mixed.
-    return 'sort the rows, as by df.sort_values("time_s"), or give each run a frame of its own'
+    if in_memory:
+        return 'sort the rows, as by df.sort_values("time_s"), or give each run a frame of its own'
+    return "sort the rows by their time, or give each run a file of its own"
 
 
 def read_table(path: Path, *, as_text: bool = False) -> Table:

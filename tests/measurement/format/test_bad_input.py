@@ -128,8 +128,12 @@ TABLE_FAULTS = [
     (7, "0.025,NaN,0.1", r"a\.csv, line 7, torque_4_Nm: .*NaN"),
     (7, "0.025,inf,0.1", r"a\.csv, line 7, torque_4_Nm: .*got 'inf'"),
     (7, "0.025,0.1,abc", r"a\.csv, line 7, position_4_rad: expected a finite number, got 'abc'"),
-    (7, "0.015,0.1,0.1", r"a\.csv, line 7, time_s: expected time that increases .*got 0\.015 s after 0\.02 s"),
-    (7, "0.02,0.1,0.1", r"a\.csv, line 7, time_s: expected time that increases .*got 0\.02 s after 0\.02 s"),
+    (
+        7,
+        "0.015,0.1,0.1",
+        r"a\.csv, line 7, time_s: .* increases .*got 0\.015 s after 0\.02 s; sort the rows",
+    ),
+    (7, "0.02,0.1,0.1", r"a\.csv, line 7, time_s: expected time that increases .*got 0\.02 s after 0\.02 s; take such"),
     (7, "", r"a\.csv, line 7, time_s: .*empty"),
 ]
 

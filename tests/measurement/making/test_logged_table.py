@@ -104,6 +104,26 @@ def test_a_gzipped_table_is_read_as_the_one_that_it_packs(tmp_path: Path, separa
     assert same.frame.equals(table.frame)
 
 
+def test_a_packed_table_without_its_ending_is_said_to_be_packed(tmp_path: Path):
+    (tmp_path / "a.csv").write_bytes(gzip.compress(b"time_s,torque_0_Nm\n"))
+    with pytest.raises(InputError, match=r"a\.csv: expected a table of a run, got one packed by gzip; name it .csv.gz"):
+        read_logged_table(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_a_text_in_utf_16_is_read(tmp_path: Path, encoding: str):
+    """As spreadsheets write what they call Unicode text."""
+    text = (
+        "\ufeff" * (encoding != "utf-16")
+        + "time_s\tM (Nm)\tangle (°)\n"
+        + "".join(f"{k}\t0.5\t{k}\n" for k in range(9))
+    )
+    (tmp_path / "a.csv").write_bytes(text.encode(encoding))
+    table, words = read_logged_table(tmp_path / "a.csv")
+    assert (words, table.columns) == ("tabs", ("time_s", "M (Nm)", "angle (°)"))
+    assert table.numbers("angle (°)")[8] == 8.0
+
+
 def test_a_damaged_gzipped_table_is_said_to_be_damaged(tmp_path: Path):
     path = tmp_path / "a.csv.gz"
     path.write_bytes(gzip.compress(b"# rig 3\ntime_s;torque_0_Nm\n" + b"0,1;2\n" * 4000)[:-20])
