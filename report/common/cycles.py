@@ -12,6 +12,7 @@ from haptid.identification.output.cycle_amplitudes import CycleAmplitudes
 from haptid.measurement.values.run import Array
 from haptid.report.common.charts import picture_of
 from haptid.report.common.marks import tell
+from haptid.report.common.numbers import HALF_WIDTH_95
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
@@ -56,7 +57,7 @@ def cycles_figure(amplitudes: Sequence[CycleAmplitudes]) -> Figure:
         for one in amplitudes:
             at = place + np.arange(one.excess.size, dtype=float)
             colour = SIMULATED if one.use == "fit" else ACCENT
-            axis.errorbar(at, 100 * one.excess, 196 * one.std, fmt="o", ms=3, lw=1, color=colour)  # 1.96 std in percent
+            axis.errorbar(at, 100 * one.excess, 100 * HALF_WIDTH_95 * one.std, fmt="o", ms=3, lw=1, color=colour)
             tell_cycles(axis, at, f"{one.file} ({one.use})", one.excess, one.std)
             axis.text(place, 1.0, one.file, fontsize=6, rotation=15, transform=axis.get_xaxis_transform())
             place += one.excess.size + 1

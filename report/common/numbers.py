@@ -6,6 +6,9 @@ import math
 
 from haptid.support.numbers import choose_unit, plain
 
+HALF_WIDTH_95 = 1.96
+"""Half width of a normal 95 % interval, in standard deviations."""
+
 
 def with_error(value: float, std: float) -> str:
     """Write ``value ± std``, the error to two digits and the value to the same decimal place.

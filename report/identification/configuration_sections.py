@@ -29,11 +29,11 @@ from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.report.common.cycles import cycles_picture
-from haptid.report.common.numbers import with_error
+from haptid.report.common.numbers import HALF_WIDTH_95, with_error
 from haptid.report.common.page import Cell, Picture, Section, Table, word_cell
 from haptid.report.identification.figures import run_picture
 from haptid.report.identification.friction_figures import friction_picture
-from haptid.report.identification.parameter_figures import HALF_WIDTH_95, correlation_table, interval_picture
+from haptid.report.identification.parameter_figures import correlation_table, interval_picture
 from haptid.report.identification.plain_section import plain_section
 from haptid.report.identification.residual_figures import correlation_picture
 from haptid.support.numbers import says_nothing, write_interval

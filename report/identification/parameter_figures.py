@@ -11,13 +11,12 @@ from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array
 from haptid.report.common.charts import WIDTH_ON_A_PHONE, picture_of
 from haptid.report.common.marks import tell
+from haptid.report.common.numbers import HALF_WIDTH_95
 from haptid.report.common.page import Picture, Table
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
 WIDTH = 8.5
 """Width of the figure of the intervals on a screen [inch]."""
-HALF_WIDTH_95 = 1.96
-"""Half width of a normal 95 % interval, in standard deviations."""
 LEAST_DRAWN, LARGEST_DRAWN = 1e-3, 1e3
 """Least and largest half width that is drawn, in percent of the value."""
 LARGEST_TOLD = 1e5

@@ -18,7 +18,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.numbers import with_error
+from haptid.report.common.numbers import HALF_WIDTH_95, with_error
 from haptid.report.common.page import Section, Table
 from haptid.report.identification.plain_pictures import plain_picture
 from haptid.support.numbers import plain, write_interval
@@ -30,8 +30,6 @@ EXPLANATION = (
     "measured motion, also over the RMS of the measured torque. Horizons: RMS of simulations of 0.1, 1 and 10 s, each "
     "from the measured state."
 )
-HALF_WIDTH_95 = 1.96
-"""Half width of a normal 95 % interval, in standard deviations."""
 
 
 def plain_section(step: Step, baseline: Baseline, compared: Compared, prediction: Prediction | None) -> Section:

@@ -12,6 +12,7 @@ from haptid.identification.output.traces import Trace
 from haptid.identification.statistics.covariance import autocovariance
 from haptid.measurement.values.run import Array
 from haptid.report.common.charts import picture_of
+from haptid.report.common.numbers import HALF_WIDTH_95
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
@@ -71,7 +72,7 @@ def correlation_figure(traces: Sequence[Trace]) -> Figure:
             left.plot(lag, correlation, color=colour, ls=line, lw=0.9, label=label)
             frequency, power = spectrum_of(trace)
             right.plot(frequency, power, color=colour, ls=line, lw=0.9, label=label)
-        for end in (-1.96, 1.96):
+        for end in (-HALF_WIDTH_95, HALF_WIDTH_95):
             left.axhline(end / rows**0.5, color=MEASURED, lw=0.6, ls="--")
         left.set_xlabel("lag [s]")
         left.set_ylabel("autocorrelation [1]")

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from haptid.measurement.values.run import Array
 from haptid.report.common.cycles import tell_cycles
 from haptid.report.common.marks import tell
+from haptid.report.common.numbers import HALF_WIDTH_95
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from haptid.support.linear_algebra import largest_magnitude
 from haptid.support.numbers import choose_unit
@@ -279,7 +280,7 @@ def cycles(parts: Sequence[Bands], scatter: Array) -> Figure | None:
             mean, std = part.cycle_factors.T
             at = place + np.arange(len(mean), dtype=float)
             colour = SIMULATED if part.run.use == "fit" else ACCENT
-            left.errorbar(at, 100 * (mean - 1), 196 * std, fmt="o", ms=3, lw=1, color=colour)  # 1.96 std in percent
+            left.errorbar(at, 100 * (mean - 1), 100 * HALF_WIDTH_95 * std, fmt="o", ms=3, lw=1, color=colour)
             tell_cycles(left, at, f"{part.run.file} ({part.run.use})", mean - 1, std)
             left.text(place, 1.0, part.run.file, fontsize=5, rotation=20, transform=left.get_xaxis_transform())
             place += len(mean) + 1
