@@ -222,7 +222,7 @@ DIAGNOSIS = (
     *of(
         "identification/parameter_figures.py",
         "identification/test_identification_pages.py",
-        ("intervals of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
+        ("intervals of 50 %", "100 * HALF_WIDTH_95 * np", "100 * 0.67 * np"),
         ("a correlation of the other sign", 'f"{c:+.2f}"', 'f"{-c:+.2f}"'),
         ("doubt told of what is known", '"" if identified[i] else " (not', '"" if not identified[i] else " (not'),
     ),
@@ -241,7 +241,7 @@ DIAGNOSIS = (
     *of(
         "common/cycles.py",
         "identification/test_residual_figures.py",
-        ("cycles with 1 σ", "196 * one.std", "100 * one.std"),
+        ("cycles with 1 σ", "100 * HALF_WIDTH_95 * one.std", "100 * one.std"),
         ("cycles told with 1 σ", "196 * error", "100 * error"),
     ),
 )
@@ -250,7 +250,7 @@ PLAIN = of(
     "identification/test_identification_pages.py",
     ("the lower end at 0.3 σ", "value - HALF_WIDTH_95 * std", "value - 0.3 * HALF_WIDTH_95 * std"),
     ("the lower end times 0.3", "(value - HALF_WIDTH_95 * std,", "(0.3 * (value - HALF_WIDTH_95 * std),"),
-    ("an interval of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
+    ("the upper end at 0.67 σ", "value + HALF_WIDTH_95 * std", "value + 0.67 * std"),
     ("the models swapped", '(("model", "fit"), ("baseline", "plain"))', '(("baseline", "fit"), ("model", "plain"))'),
     ("a share for per cent", "100.0 * figures.torque_error", "figures.torque_error"),
     ("torque for position", "_numbers(figures.free_rmse),", "_numbers(figures.torque_rmse),"),
@@ -285,7 +285,7 @@ PICTURES = (
         "posterior/figures.py",
         "posterior/test_posterior_pages.py",
         ("the band of 50 %", "part.lower[-1], part.upper[-1]", "part.lower[0], part.upper[0]"),
-        ("cycles with 1 σ", "196 * std", "100 * std"),
+        ("cycles with 1 σ", "100 * HALF_WIDTH_95 * std", "100 * std"),
         ("coverage for what is not covered", "{100 * c:.1f}", "{100 - 100 * c:.1f}"),
         ("the prior told for the posterior", "{posterior[i]:.3g} % with", "{prior[i]:.3g} % with"),
     ),
