@@ -236,7 +236,7 @@ DIAGNOSIS = (
         "identification/test_residual_figures.py",
         ("half the spectrum", "power[1:] / (2.0 * step)", "power[1:] / (4.0 * step)"),
         ("lags in rows", "step * np.arange(1,", "1.0 * np.arange(1,"),
-        ("the limits of 50 %", "for end in (-1.96, 1.96)", "for end in (-0.67, 0.67)"),
+        ("the limits of 50 %", "(-HALF_WIDTH_95, HALF_WIDTH_95)", "(-0.67, 0.67)"),
     ),
     *of(
         "common/cycles.py",
