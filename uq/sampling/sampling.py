@@ -24,6 +24,7 @@ from haptid.identification.workers.workers import Here, Workers, tell_nobody
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import read_json, write_json
+from haptid.support.linear_algebra import inverse
 from haptid.uq.density.laplace import Laplace, lowest_reached
 from haptid.uq.density.valley_density import ValleyDensity
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
@@ -360,7 +361,7 @@ def _walk_from_mode(
     coordinate one of two directions is, and once that end is left the others open.
     """
     n = mean.size
-    alone = np.diag(1 / np.sqrt(np.diag(np.linalg.inv(scatter))))  # of each coordinate where the others are given
+    alone = np.diag(1 / np.sqrt(np.diag(inverse(scatter))))  # of each coordinate where the others are given
     together = np.linalg.cholesky(scatter) / np.sqrt(n * SWEEPS_FROM_MODE)
     points = np.tile(mean, (walkers, 1))
     for _ in range(SWEEPS_FROM_MODE):
