@@ -232,11 +232,7 @@ def _apart(r: Array, J: Array, M: Array) -> tuple[Array, Array, Array]:
     if not np.isfinite(M).all():
         return r, J, M
     count = np.arange(M.shape[1])
-    shared = M @ np.column_stack((np.ones_like(count), count - count.mean()))
-    felt = shared[:, np.linalg.norm(shared, axis=0) > 0.0]  # by a run of one cycle no drift is
-    if not felt.size:
-        return r, J, M
-    Q = orthonormal_basis(felt)
+    Q = orthonormal_basis(M @ np.column_stack((np.ones_like(count), count - count.mean())))
     return r - Q @ (Q.T @ r), J - Q @ (Q.T @ J), M - Q @ (Q.T @ M)
 
 

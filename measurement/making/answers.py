@@ -144,7 +144,7 @@ def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...
         Where a pattern selects none, or all tables are selected.
     """
     chosen: set[str] = set()
-    for pattern in (patterns,) if isinstance(patterns, str) else patterns:
+    for pattern in patterns:
         fitting = {name for name in names if _fits(name, pattern)}
         # The run of sweep.mat is sweep.csv in the campaign; the user knows the name of the recording.
         fitting = fitting or {name for name in names if _fits(_stem(name), _stem(pattern))}

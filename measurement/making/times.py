@@ -30,6 +30,8 @@ TIME = "time_s"
 COUNTER = 2.0**32
 """Ticks after which a counter of 32 bits begins anew [1]."""
 DAY_S = 86400.0
+MILLENNIUM = pd.Timestamp("2000-01-01", tz="UTC")
+"""Moment from which dates are counted before their first row is known."""
 WHOLE_SECONDS = re.compile(r"(.*?)(?:secs?|seconds)", re.IGNORECASE)
 NANOSECONDS = re.compile(r"(.*?)(?:nano?secs?|nsecs?|nanoseconds)", re.IGNORECASE)
 """Names of the two parts of a stamp, as ROS has them: ``header.stamp.sec`` and ``header.stamp.nanosec``."""
@@ -73,21 +75,22 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
         return table, ""
     (column,) = chosen
     cells = table.frame[column]
-    if pd.api.types.is_timedelta64_dtype(cells.dtype):
-        moments = cells
-    elif isinstance(cells.dropna().iloc[0], timedelta | np.timedelta64):
-        moments = pd.to_timedelta(cells, errors="coerce")
+    first = _first_filled(cells)
+    if first is None:
+        return table, ""
+    if isinstance(first, timedelta | np.timedelta64):
+        since = pd.to_timedelta(cells, errors="coerce")
     else:
         cells = _in_iso(cells)
         _refuse_uncertain(table, column, cells)
-        moments = pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")
-    if moments.notna().sum() == 0:
+        since = pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce") - MILLENNIUM
+    if since.notna().sum() == 0:
         return table, ""
-    seconds = (moments - moments.dropna().iloc[0]).dt.total_seconds()
-    if _are_times_of_day(table.frame[column]):
+    seconds = (since - since.dropna().iloc[0]).dt.total_seconds()
+    if isinstance(first, str) and TIME_OF_DAY.fullmatch(first):
         seconds = seconds + DAY_S * (seconds.diff() < -DAY_S / 2).cumsum()
     seconds = seconds.astype(object)
-    seconds = seconds.where(moments.notna(), cells.astype(object))
+    seconds = seconds.where(since.notna(), cells.astype(object))
     name = column if column in stated else TIME
     frame = table.frame.assign(**{column: seconds}).rename(columns={column: name})
     return replace(table, frame=frame), f"dates in {column!r}, read as seconds from the first row"
@@ -227,17 +230,17 @@ def _with_whole_stamp(table: Table, whole: str, fine: str) -> tuple[Table, str]:
     return replace(table, frame=frame), f"{whole!r} and {fine!r}, read as seconds from the first row"
 
 
-def _are_times_of_day(cells: pd.Series) -> bool:
+def _first_filled(cells: pd.Series) -> object:
+    """Return the first cell that is not empty; None where all are."""
     filled = cells.dropna()
-    return len(filled) > 0 and isinstance(filled.iloc[0], str) and TIME_OF_DAY.fullmatch(filled.iloc[0]) is not None
+    return filled.iloc[0] if len(filled) else None
 
 
 def _holds_dates(cells: pd.Series) -> bool:
     """Whether the first filled cell is a date with the time of day, or a duration."""
     if pd.api.types.is_datetime64_any_dtype(cells.dtype) or pd.api.types.is_timedelta64_dtype(cells.dtype):
         return True
-    filled = cells.dropna()
-    return len(filled) > 0 and _is_date(filled.iloc[0])
+    return _is_date(_first_filled(cells))
 
 
 def _is_date(cell: object) -> bool:

@@ -59,10 +59,9 @@ SPELLINGS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"[µμ]", "u"),
     (r"°\s*C\b", " C "),
     (rf"°|(?i:{DEGREES})", " deg "),
-    (r"(?<=\b[mk]N)[\s*·.]+(?=m\b)|(?<=\bN)[\s*·.]+(?=[cm]?m\b)", ""),  # N·m, N mm, mN*m
+    (r"(?:(?<=\b[mku]N)|(?<=\bN))[\s*·.]+(?=[cm]?m\b)", ""),  # N·m, N mm, mN*m
     (r"(?i)(?<![a-z])(?:(lb|oz)f?[\s*·._-]*(in|ft)|(in|ft)[\s*·._-]*(lb|oz)f?)s?(?![a-z])", _pounds),
     (r"(?i)(?<![a-z])(k?g)f?[\s*·.]*(c?m)(?![a-z])", r"\1f\2"),  # kgf cm, kg·cm
-    (r"(?<=\b[mu]N)[\s*·.]+(?=[cm]?m\b)", ""),  # mN·mm
     (r"(?<![A-Za-z])(rad|mrad|deg|degrees|m|mm)(?:\s*/\s*|\s*_per_| per |\s*_)(?:s|sec)(?![A-Za-z])", r"\1/s"),
 )
 """Patterns of other spellings of units, and the spelling in `UNITS`."""

@@ -177,3 +177,10 @@ def test_a_counter_of_microseconds_that_begins_anew_is_counted_on(fall: int, cou
     assert bool(remark) is counted
     assert (np.diff(made.loosely("micros")) == 4000).all() == counted
     assert with_counter_counted_on(table, {"micros": Target(name="time_s", factor=1.0)})[1] == ""
+
+
+def test_a_column_of_empty_dates_is_no_time():
+    """It ended in an IndexError."""
+    frame = pd.DataFrame({"time": pd.Series([pd.NaT] * ROWS, dtype="datetime64[ns]"), "torque_0_Nm": 0.5})
+    table = Table(path=Path("a"), frame=frame, in_memory=True)
+    assert with_seconds(table) == (table, "")
