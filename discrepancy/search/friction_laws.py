@@ -12,7 +12,7 @@ catalogue leaves noise alone beside the wrong law. So the other laws are fitted 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from haptid.discrepancy.candidate.refit import likeliest, settle
@@ -66,8 +66,8 @@ class OtherLaw:
             Where the law leaves noise alone, whether its ‖r‖² is less; else whether its excess is less by the factor
             `largest_excess_over_best_effect`.
         """
-        own, share = self.base.solution.chi2, THRESHOLDS.search.largest_excess_over_best_effect
-        return own < chi2 if self.passes else own - self.study.rows < share * (chi2 - self.study.rows)
+        own = self.base.solution.chi2
+        return own < chi2 if self.passes else _leaves_far_less(own, chi2, self.study.rows)
 
 
 def other_laws(study: Study, start: Trial, white: Solution, tell: Progress) -> tuple[OtherLaw, ...]:
@@ -111,17 +111,23 @@ def other_laws(study: Study, start: Trial, white: Solution, tell: Progress) -> t
 def _fit(study: Study, start: Trial, white: Solution, law: str) -> OtherLaw | None:
     """Fit one law; None where it explains hardly more than the law of the study."""
     other = under_law(study, law, white.values)
-    few, budget = THRESHOLDS.candidate.first_try_simulations, THRESHOLDS.search.simulations_of_a_start_under_other_law
-    begun = [solve(other, (), Noise(), values, iterations=few) for values in starts_under_law(other, white)]
-    first = likeliest(*begun)
-    best = solve(other, (), Noise(), first.values, x0=first.x0, iterations=budget)
+    best, calls = _best_start(other, starts_under_law(other, white))
     least = max(
         THRESHOLDS.search.least_gain_under_other_law_chi2,
         THRESHOLDS.search.least_gain_under_other_law_over_excess * (white.chi2 - study.rows),
     )
     if not best.finite or white.chi2 - best.chi2 < least:
         return None
-    return _to_the_end(study, start, white, other, best, sum(one.calls for one in (*begun, best)))
+    return _to_the_end(study, start, white, other, best, calls)
+
+
+def _best_start(other: Study, starts: Iterable[Mapping[str, float]]) -> tuple[Solution, int]:
+    """Fit each start briefly and the best for longer; return it with the number of simulations of all runs."""
+    few, budget = THRESHOLDS.candidate.first_try_simulations, THRESHOLDS.search.simulations_of_a_start_under_other_law
+    begun = [solve(other, (), Noise(), values, iterations=few) for values in starts]
+    first = likeliest(*begun)
+    best = solve(other, (), Noise(), first.values, x0=first.x0, iterations=budget)
+    return best, sum(one.calls for one in (*begun, best))
 
 
 def law_from(study: Study, start: Trial, white: Solution, law: str, values: Mapping[str, float]) -> OtherLaw:
@@ -147,6 +153,37 @@ def law_from(study: Study, start: Trial, white: Solution, law: str, values: Mapp
     other = under_law(study, law, white.values)
     begun = solve(other, (), Noise(), values, iterations=THRESHOLDS.search.simulations_of_a_start_under_other_law)
     return _to_the_end(study, start, white, other, begun, begun.calls)
+
+
+def law_that_leaves_less(
+    study: Study, start: Trial, white: Solution, law: str, values: Mapping[str, float], than: float
+) -> OtherLaw | None:
+    """Fit the nominal model under another law, and to the end only where it comes to leave far less than an effect.
+
+    Parameters
+    ----------
+    study, start, white, law
+        As for `law_from`.
+    values
+        Parameters by id of one more start beside those of every other law.
+    than
+        ‖r‖² that the effect leaves under white noise.
+
+    Returns
+    -------
+    OtherLaw or None
+        None where the effect leaves about as little.
+    """
+    other = under_law(study, law, white.values)
+    best, calls = _best_start(other, (values, *starts_under_law(other, white)))
+    if not _leaves_far_less(best.chi2, than, study.rows):
+        return None
+    found = _to_the_end(study, start, white, other, best, calls)
+    return found if found.simpler or found.leaves_less_than(than) else None
+
+
+def _leaves_far_less(chi2: float, than: float, rows: int) -> bool:
+    return chi2 - rows < THRESHOLDS.search.largest_excess_over_best_effect * (than - rows)
 
 
 def _to_the_end(study: Study, start: Trial, white: Solution, other: Study, best: Solution, calls: int) -> OtherLaw:

@@ -18,6 +18,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from haptid.discrepancy.candidate.candidate import score_candidate
@@ -28,7 +29,7 @@ from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, without_each
 from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.forward_selection import select_forward
-from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, other_laws
+from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, law_that_leaves_less, other_laws
 from haptid.discrepancy.search.nominal_model import Begun, begin_search, fit_nominal_model, under_own_noise
 from haptid.discrepancy.search.own_range import in_wider_range
 from haptid.discrepancy.search.search_result import Search
@@ -38,7 +39,7 @@ from haptid.discrepancy.search.trials.judging import explains_all, first_tests
 from haptid.discrepancy.search.trials.preliminary_fits import begin_effects
 from haptid.discrepancy.search.trials.searcher import Searcher, leaves_much
 from haptid.discrepancy.search.under_observer.dominance import closes_most
-from haptid.discrepancy.search.under_observer.laws import lead_on
+from haptid.discrepancy.search.under_observer.laws import RivalLaw, lead_on
 from haptid.discrepancy.search.under_observer.leads import Lead, begin_under_observer, release_leads
 from haptid.discrepancy.study.merged_rows import merged, rows_to_merge
 from haptid.discrepancy.study.study import Study
@@ -93,25 +94,29 @@ def _search_beside(study: Study, base: NominalFit, tell: Progress) -> Search:
     if not others:
         return _finish(begun, tell)
     if others[0].simpler or others[0].leaves_less_than(_least_of_singles(begun)):
-        return _instead(others[0], begun.start, tell)
+        return _instead(others[0], begun, tell)
     found = _finish(begun, tell)
     if found.best.adequate:
         return found
-    again = _instead(others[0], begun.start, tell)
+    again = _instead(others[0], begun, tell)
     better = again.best.adequate or again.best.candidate.criterion < found.best.candidate.criterion
     return _with_cost_of(found, again) if better else _with_cost_of(again, found)
 
 
 def _search_under_observer(begun: Begun, tell: Progress) -> Search:
     """Search where the nominal model is far from noise: first under the observer, then freely from what it led to."""
-    s = begun.searcher
+    s, released = begun.searcher, list[Solution]()
 
     def is_enough(lead: Lead) -> bool:
         """Say whether one effect leaves noise and scatter alone: under the observer, scatter looks like effects."""
-        return explains_all(finish_best(s, begun.start.candidate, release_leads(s, [lead]), freed=True))
+        fits = release_leads(s, [lead])
+        released.extend(fits)
+        return explains_all(finish_best(s, begun.start.candidate, fits, freed=True))
 
     scattered = bool(begun.start.solution.noise.scatters)
     led = lead_on(s, begin_under_observer(s, begun.white), begun.white, is_enough, scattered=scattered)
+    if led.rival is not None and (other := _explains_more(led.rival, released, begun)) is not None:
+        return _instead(other, begun, tell)
     if led.law is None:
         return _finish(replace(begun, led=led), tell)
     tell(f"search under the friction law {led.law}")
@@ -122,7 +127,13 @@ def _search_under_observer(begun: Begun, tell: Progress) -> Search:
         return alone
     again = replace(begin_search(other.study, other.base, tell, fits), led=led)
     again.searcher.simulations += s.simulations
-    return replace(_finish(again, tell), asked=begun.start)
+    return _finish_instead(other, again, begun, tell)
+
+
+def _explains_more(rival: RivalLaw, released: Sequence[Solution], begun: Begun) -> OtherLaw | None:
+    """Fit a law that came near noise under the observer in free motion; None where effects leave less there."""
+    least = min((fit.chi2 for fit in released), default=begun.white.chi2)
+    return law_that_leaves_less(begun.study, begun.start, begun.white, rival.law, rival.values, least)
 
 
 def _law_alone(other: OtherLaw, plain: Solution, begun: Begun) -> Search | None:
@@ -134,12 +145,15 @@ def _law_alone(other: OtherLaw, plain: Solution, begun: Begun) -> Search | None:
     if start.passes or not closes_most(other.study, start, begun.start):
         return None
     calls = other.base.calls + plain.calls
+    return _with_law_alone(other, start, begun, begun.searcher.simulations + calls * len(other.study.fitted))
+
+
+def _with_law_alone(other: OtherLaw, start: Trial, asked: Begun, simulations: int) -> Search:
     # A scatter that the law has beside it is judged by the law without it.
-    less = without_each(replace(begun.searcher, study=other.study), start, start)
+    less = without_each(replace(asked.searcher, study=other.study), start, start)
     return Search(
-        study=other.study, base=other.base, plain=start, scan=begun.first, trials=(), best=start, less=less,
-        standing=(MISSING,), simulations=begun.searcher.simulations + calls * len(other.study.fitted),
-        asked=begun.start,
+        study=other.study, base=other.base, plain=start, scan=asked.first, trials=(), best=start, less=less,
+        standing=(MISSING,), simulations=simulations, asked=asked.start,
     )  # fmt: skip
 
 
@@ -149,10 +163,19 @@ def _least_of_singles(begun: Begun) -> float:
     return min((one.chi2 for one in singles), default=begun.white.chi2)
 
 
-def _instead(other: OtherLaw, asked: Trial, tell: Progress) -> Search:
+def _instead(other: OtherLaw, asked: Begun, tell: Progress) -> Search:
     """Search under another friction law, and keep the nominal model under the law that was asked for."""
     tell(f"search under the friction law {other.study.base.friction[0]}")
-    return replace(_finish(begin_search(other.study, other.base, tell), tell), asked=asked)
+    return _finish_instead(other, begin_search(other.study, other.base, tell), asked, tell)
+
+
+def _finish_instead(other: OtherLaw, begun: Begun, asked: Begun, tell: Progress) -> Search:
+    """Search beside another friction law, but for the little that is left where a law is only near the machine's."""
+    highest = max((score.T for score in begun.first.scores), default=0.0)
+    little = THRESHOLDS.search.least_share_of_all_under_observer * (asked.white.chi2 - asked.study.rows)
+    if begun.start.passes and not begun.start.adequate and highest < little:
+        return _with_law_alone(other, begun.start, asked, begun.searcher.simulations)
+    return replace(_finish(begun, tell), asked=asked.start)
 
 
 def _finish(begun: Begun, tell: Progress) -> Search:

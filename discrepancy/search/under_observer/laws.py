@@ -22,6 +22,22 @@ MOST = THRESHOLDS.search.simulations_of_a_start_under_other_law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RivalLaw:
+    """A friction law that leaves about as little under the observer as an effect does.
+
+    Parameters
+    ----------
+    law
+        Its id.
+    values
+        Parameters of the nominal model under it, fitted under the observer, by id.
+    """
+
+    law: str
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Led:
     """Where the search under the observer leads.
 
@@ -33,11 +49,15 @@ class Led:
         Nominal model under that law and signatures, under the observer.
     leads
         Models whose observer is worth to be released, best first; none where only the law is missing.
+    rival
+        Another law that comes near noise by itself where an effect comes near it too and is not enough in free motion;
+        None where none does.
     """
 
     law: str | None
     at: UnderObserver
     leads: tuple[Lead, ...]
+    rival: RivalLaw | None = None
 
     @property
     def nominal(self) -> Mapping[str, float]:
@@ -106,7 +126,9 @@ def lead_on(
        than noise, fit it beside every other law. Choose further effects where none leaves far less.
     3. Where these leave more than noise, fit all of them beside every other law. Go on under the
        one that leaves less than the law of the study beside the same effects by more than a further effect has to take.
-    4. Where a law beside the first effect takes more than the second effect does, choose further effects under it too,
+    4. Where both a law and an effect that is not enough come near noise under the observer, free motion has to tell
+       them apart: return the law as a rival.
+    5. Where a law beside the first effect takes more than the second effect does, choose further effects under it too,
        and keep it where it leaves less with fewer effects, or far less.
     """
     rows = at.study.rows
@@ -122,7 +144,9 @@ def lead_on(
         return best.led(best.at.start)
     if scattered and single.excess(rows) > THRESHOLDS.search.largest_excess_beside_scatter * at.excess:
         return Led(law=None, at=at, leads=())
-    return _effects_first(s, at, extended, others, is_enough)
+    led = _effects_first(s, at, extended, others, is_enough)
+    near = led.law is None and not single.is_far(rows) and not best.at.start.is_far(rows)
+    return replace(led, rival=RivalLaw(law=best.law, values=best.at.start.fit.values)) if near else led
 
 
 def _effects_first(

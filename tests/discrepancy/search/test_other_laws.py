@@ -7,12 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 import sympy as sp
 from click.testing import CliRunner
 
 from haptid.discrepancy.run import main
-from haptid.discrepancy.search.friction_laws import OtherLaw, other_laws
+from haptid.discrepancy.search import friction_laws
+from haptid.discrepancy.search.friction_laws import OtherLaw, law_that_leaves_less, other_laws
 from haptid.discrepancy.search.nominal_model import begin_search, fit_nominal_model
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.discrepancy.study.under_law import under_law
@@ -95,6 +97,23 @@ def screened(study: Study) -> tuple[OtherLaw, ...]:
 def test_no_law_takes_the_place_of_a_hidden_spring(tmp_path: Path) -> None:
     hidden = {"cubic_spring": {"spring_cubic": 0.02}}
     assert screened(study_with(tmp_path / "c", hidden, EFFECTS, Sensor(noise=2e-4))) == ()
+
+
+@pytest.mark.long
+def test_a_law_is_fitted_to_the_end_where_it_leaves_far_less_than_an_effect(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = study_with(tmp_path / "c", {"cubic_spring": {"spring_cubic": 0.02}}, EFFECTS, Sensor(noise=2e-4))
+    begun = begin_search(*fit_nominal_model(study, seed=0, starts=2, tell=ignore_progress), ignore_progress)
+
+    def rival(than: float) -> OtherLaw | None:
+        return law_that_leaves_less(begun.study, begun.start, begun.white, "maxwell_slip", begun.white.values, than)
+
+    found = rival(np.inf)
+    assert found is not None
+    assert found.study.base.friction[0] == "maxwell_slip"
+    monkeypatch.setattr(friction_laws, "_to_the_end", lambda *_: pytest.fail("fitted to the end"))
+    assert rival(float(begun.study.rows)) is None
 
 
 def test_a_law_without_the_slot_of_a_users_effect_is_passed_over(campaign: Path) -> None:

@@ -206,17 +206,43 @@ def test_a_law_is_compared_where_an_effect_follows_it_under_the_observer_alone(
     enough: bool, law: str | None, monkeypatch: pytest.MonkeyPatch
 ):
     """A hysteresis left 1.1 times the noise under the observer, and six times of the free motion."""
-    single, start = _Left(1.2 * ROWS, "cable_hysteresis"), _Left(100 * ROWS)
-    monkeypatch.setattr(laws, "extend_lead", lambda *_: [single])
-    monkeypatch.setattr(laws, "follow_leads", lambda *_: [[single]])
+    monkeypatch.setattr(laws, "follow_leads", lambda *_: [])
+    assert _led(1.2, 1.01, enough=enough).law == law
+
+
+@pytest.mark.parametrize(
+    ("single", "law", "enough", "rival"),
+    [
+        (1.0, 1.02, False, "maxwell_slip"),  # both come near noise, and free motion has to tell
+        (1.0, 1.02, True, None),
+        (1.0, 2.0, False, None),  # the law does not
+        (2.0, 1.65, False, None),  # the effect does not
+    ],
+)
+def test_a_law_is_a_rival_where_it_comes_near_as_an_effect_does_that_is_not_enough(
+    single: float, law: float, enough: bool, rival: str | None, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(laws, "follow_leads", lambda *_: [])
+    monkeypatch.setattr(laws, "_effects_first", lambda _s, at, *_: Led(law=None, at=at, leads=()))
+    led = _led(single, law, enough=enough)
+    assert led.law is None
+    assert (led.rival.law if led.rival else None) == rival
+
+
+def _led(single: float, law: float, *, enough: bool) -> Led:
+    """Lead on where the best effect and Maxwell-slip friction leave these mean squares under the observer."""
+    best, start = _Left(single * ROWS, "cable_hysteresis"), _Left(100 * ROWS)
 
     def under(_s: Any, _at: Any, _white: Any, other: str) -> Any:
-        left = _Left(1.01 * ROWS if other == "maxwell_slip" else 50 * ROWS)
-        there = SimpleNamespace(start=left)
-        return SimpleNamespace(at=there, led=lambda _: Led(law=other, at=there, leads=()))  # type: ignore[arg-type]
+        left: Any = _Left(law * ROWS if other == "maxwell_slip" else 50 * ROWS)
+        left.fit = SimpleNamespace(values={})
+        there: Any = SimpleNamespace(start=left)
+        return SimpleNamespace(law=other, at=there, led=lambda _: Led(law=other, at=there, leads=()))
 
-    monkeypatch.setattr(laws, "_under", under)
     base = SimpleNamespace(friction=("lugre",))
     at: Any = SimpleNamespace(study=SimpleNamespace(rows=ROWS, alone=True, base=base), start=start)
     white: Any = None
-    assert lead_on(TOLD, at, white, lambda _: enough).law == law
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(laws, "extend_lead", lambda *_: [best])
+        patch.setattr(laws, "_under", under)
+        return lead_on(TOLD, at, white, lambda _: enough)
