@@ -10,6 +10,7 @@ import numpy as np
 
 from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.naming.degrees import DEGREES
+from haptid.measurement.naming.languages import plain_letters, words_of
 from haptid.measurement.naming.units import IN_BRACKETS, unit_in_brackets, unit_of_column
 from haptid.measurement.tables.misnamed import likely_time_units
 from haptid.measurement.thresholds import THRESHOLDS
@@ -17,6 +18,13 @@ from haptid.measurement.values.run import Array
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
 """Pattern of letters that are a word of a name."""
+
+
+def _elsewhere(quantity: str) -> str:
+    """Return the pattern of a quantity's words in other languages."""
+    return _ALONE.format(f"(?:{words_of(quantity)})")
+
+
 DEGREE = "0.0174533"
 """Radians of a degree, as a remedy writes them."""
 COUNT = "0.00153398"
@@ -36,7 +44,7 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (_ALONE.format("(?:[uµμ]s|usec|micros[a-z]*)"), "time_s*1e-06"),
         (_ALONE.format("(?:ns|nsec|nanos[a-z]*)"), "time_s*1e-09"),
         (_ALONE.format("(?:s|sec|seconds?)"), "time_s"),
-        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}", "time_s*?"),
+        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}|{_elsewhere('time')}", "time_s*?"),
     ),
     "torque": (
         (_ALONE.format("(?:mn[ ·*]?m|n[ ·*]?mm)"), "torque_{}_Nm*0.001"),
@@ -46,13 +54,16 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (r"lbf?[ ·*.-]?in|in[ ·*.-]?lb", "torque_{}_Nm*0.112985"),
         (r"ozf?[ ·*.-]?in|in[ ·*.-]?oz", "torque_{}_Nm*0.00706155"),
         (r"kgf?[ ·*.]?cm", "torque_{}_Nm*0.0980665"),
-        (r"force", "force_{}_N"),
+        (rf"force|{_elsewhere('force')}", "force_{}_N"),
         (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
-        (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}", "current_{}_A"),
-        (r"volt", "voltage_{}_V"),
+        (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}|{_elsewhere('current')}", "current_{}_A"),
+        (rf"volt|{_elsewhere('voltage')}", "voltage_{}_V"),
         (r"(?:duty|pwm).*(?:%|pct|percent)", "duty_{}*0.01"),
         (r"duty|pwm", "duty_{}*?"),
-        (rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}", "torque_{}_Nm"),
+        (
+            rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}|{_elsewhere('torque')}",
+            "torque_{}_Nm",
+        ),
     ),
     "position": (
         (_ALONE.format("mrad"), "position_{}_rad*0.001"),
@@ -64,6 +75,7 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (COUNTED, f"position_{{}}_rad*{COUNT}"),
         (
             rf"angle|theta|pos|enc|winkel|{_ALONE.format('pot(?:i|entiometer)?')}|{_ALONE.format('q')}"
+            rf"|{_elsewhere('position')}"
             r"|^(?:observation[./_])?state(?![a-z])",  # as LeRobot calls the positions of a robot's joints
             "position_{}_rad*?",
         ),
@@ -85,10 +97,14 @@ NO_SIGNAL = re.compile(
     r"index|frame|episode|task|reward|done|success|temp|enabled?(?![a-z])|status|mode|flag", re.IGNORECASE
 )
 """Names of counters, marks and what else drives no joint."""
-NO_POSITION = re.compile(r"error|following|deviation|vel|speed|geschw|drehzahl|rpm|/ ?s(?![a-z])", re.IGNORECASE)
+NO_POSITION = re.compile(
+    rf"error|following|deviation|vel|speed|geschw|drehzahl|rpm|/ ?s(?![a-z])|{_elsewhere('velocity')}", re.IGNORECASE
+)
 """Names that hold a word of a position and are none."""
 SURELY_DRIVES = re.compile(
-    rf"torque|tau|trq|effort|moment|force|current|amp|volt|duty|pwm|{_ALONE.format('nm')}", re.IGNORECASE
+    rf"torque|tau|trq|effort|moment|force|current|amp|volt|duty|pwm|{_ALONE.format('nm')}"
+    rf"|{'|'.join(_elsewhere(quantity) for quantity in ('torque', 'force', 'current', 'voltage'))}",
+    re.IGNORECASE,
 )
 """Words of what drives a joint; letters such as ``m`` or ``i`` alone are none beside a position's word."""
 ACTION = re.compile(r"actions?(?![a-z])", re.IGNORECASE)
@@ -437,6 +453,7 @@ def _choose_full_duty(name: str, largest: float, *, is_whole: bool) -> tuple[str
 
 def _likely_goal(signal: str, column: str) -> str:
     """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
+    column = plain_letters(column)
     if signal == "position" and (DEMANDED.search(column) or NO_POSITION.search(column)):
         return ""
     if signal == "torque" and SURELY_DRIVES.search(column) is None and _names_position(column):

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from haptid.measurement.format.columns import JOINT, KNOWN
+from haptid.measurement.naming.languages import QUANTITIES_ELSEWHERE, plain_letters
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units import COUNTS, UNITS, respell, unit_of
 from haptid.support.errors import InputError
@@ -20,19 +21,20 @@ IN_COUNTS = ("position", "reference")
 QUANTITIES: dict[str, str] = {
     "time": "time", "t": "time", "timestamp": "time", "stamp": "time", "elapsed": "time",
     "position": "position", "pos": "position", "angle": "position", "q": "position", "theta": "position",
-    "encoder": "position", "enc": "position", "lage": "position", "winkel": "position",
+    "encoder": "position", "enc": "position",
     "velocity": "velocity", "vel": "velocity", "speed": "velocity", "omega": "velocity", "qd": "velocity",
-    "dq": "velocity", "drehzahl": "velocity", "geschwindigkeit": "velocity",
-    "torque": "torque", "tau": "torque", "effort": "torque", "drehmoment": "torque", "moment": "torque",
+    "dq": "velocity",
+    "torque": "torque", "tau": "torque", "effort": "torque", "moment": "torque",
     "force": "force",
-    "current": "current", "i": "current", "iq": "current", "strom": "current", "zeit": "time",
-    "voltage": "voltage", "spannung": "voltage", "duty": "duty", "pwm": "duty",
+    "current": "current", "i": "current", "iq": "current",
+    "voltage": "voltage", "duty": "duty", "pwm": "duty",
     "temperature": "temperature", "temp": "temperature",
     "supply": "supply", "dclink": "supply", "bus": "supply", "vbus": "supply",
     "vbat": "supply", "vbatt": "supply", "battery": "supply", "batt": "supply",
     "reference": "reference", "setpoint": "reference", "goal": "reference", "desired": "reference",
     "target": "reference", "demand": "reference", "demanded": "reference", "des": "reference", "ref": "reference",
     "sollwert": "reference",
+    **QUANTITIES_ELSEWHERE,
 }  # fmt: skip
 """Quantity of the campaign format by the user's word."""
 
@@ -248,7 +250,7 @@ def _joint_states(columns: Sequence[str]) -> dict[str, Target]:
 
 def _words_of(name: str, *, strangers: bool = False) -> Words | None:
     """Take a name apart; None where a part is missing, or a word is unknown and no stranger may be among them."""
-    text = respell(re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name))  # q1, torque0Nm
+    text = respell(re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", plain_letters(name)))  # q1, torque0Nm
     found: dict[str, list[str]] = {"quantity": [], "unit": [], "joint": [], "filler": [], "unknown": []}
     for word in re.findall(r"[A-Za-z]+/s|[A-Za-z]+|\d+|%", text):
         kind, spelling = _kind_of(word, follows=bool(found["quantity"]))

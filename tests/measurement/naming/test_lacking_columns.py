@@ -23,3 +23,19 @@ def test_a_unit_that_is_not_known_gets_no_factor_of_another(column: str, option:
 def test_nothing_is_proposed_in_a_unit_that_is_not_known():
     assert propose_target("torque", "torque (dyn.cm)", ["time_s", "torque (dyn.cm)"], None) == ("", "")
     assert propose_target("torque", "torque", ["time_s", "torque"], None) == ("torque_0_Nm", "")
+
+
+@pytest.mark.parametrize(
+    ("signal", "name", "target"),
+    [
+        ("torque", "coppia", "torque_0_Nm"),
+        ("torque", "par motor", "torque_0_Nm"),
+        ("torque", "corriente", "current_0_A"),
+        ("position", "ángulo [mrad]", "position_0_rad*0.001"),
+        ("position", "vitesse (rad/s)", ""),
+        ("torque", "thermocouple", ""),
+        ("torque", "cable tension", ""),
+    ],
+)
+def test_words_of_other_languages_are_proposed_and_nothing_that_holds_them(signal: str, name: str, target: str):
+    assert propose_target(signal, name, ["time_s", name], None)[0] == target
