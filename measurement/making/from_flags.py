@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,10 @@ from haptid.support.errors import InputError
 
 EXAMPLE_CONSTANT = 0.4
 """Torque of an ampere [N m/A] that an error shows as an example."""
+LINE_ON_CONSTANT = re.compile(
+    r"(?<![a-z])(?:k_?[tm]|(?:torque|force|motor)[ _-]?const(?:ant)?)(?![a-z]).*\d", re.IGNORECASE
+)
+"""A line before a table's header that tells the torque of an ampere."""
 
 
 def answers_of(
@@ -122,7 +127,15 @@ def _refuse_bare_current(prepared: Sequence[PreparedTable], answers: Answers) ->
         own = " ".join([*map_currents(prepared, EXAMPLE_CONSTANT).values()][:2])
         todo = f"state it by --torque-constant [{unit}] where it is that of all motors, or each by {own}"
     where = f"current_{joint}_A"
-    raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
+    got = f"a current alone{_told_constant(prepared)}"
+    raise InputError(where, expected="the torque of an ampere", got=got, todo=todo)
+
+
+def _told_constant(prepared: Sequence[PreparedTable]) -> str:
+    """Return what a line of a logger says of the torque of an ampere: its unit is the user's to know."""
+    lines = ((one.file, line.strip("#%;, \t")) for one in prepared for line in one.source.preamble)
+    said = next(((file, line) for file, line in lines if LINE_ON_CONSTANT.search(line)), None)
+    return "" if said is None else f" ({said[0]} says {said[1]!r})"
 
 
 def _with_supply(prepared: list[PreparedTable], volts: float | None) -> list[PreparedTable]:

@@ -344,6 +344,14 @@ CURRENTS = ["--map", "ms=time_s*0.001", "--map", "tau=current_2_A", "--map"]
 TURNS, SLIDES = "deg=position_2_rad*0.017453292519943295", "deg=position_2_m*0.001"
 
 
+def test_a_line_above_the_header_on_the_torque_of_an_ampere_is_told(tables, tmp_path):
+    (path,) = tables.glob("one.csv")
+    path.write_text("# Motor: 12 V\n# Kt: 0.25 Nm/A\n" + path.read_text())
+    refused = run_new(tables, "--out", tmp_path / "made", "--measured", *CURRENTS, TURNS)
+    assert refused.exit_code == 2
+    assert "got a current alone (one.csv says 'Kt: 0.25 Nm/A'); state it by --torque-constant" in refused.output
+
+
 @pytest.mark.parametrize(("position", "key"), [(TURNS, "torque_constant_Nm_per_A"), (SLIDES, "force_constant_N_per_A")])
 def test_new_takes_a_current_with_the_torque_of_an_ampere(tables, tmp_path, position, key):
     out = tmp_path / "made"
