@@ -122,10 +122,13 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array, felt: Array
     """
     result = {q.id: "fixed" for q in parametrisation.equations.parameters if q.fixed}
     sizes, edge = known_sizes(parametrisation, s, felt), on_bound(parametrisation, s)
+    lower, upper = parametrisation.bounds
+    # Over a range of many decades, as that of a device file without limits, a share of it may be far from the bound.
+    edge &= ~(np.minimum(s - lower, upper - s) > THRESHOLDS.standard_errors_of_interval * std)
     theta = parametrisation.physical(s)
     slope = parametrisation.slope(theta)
     for k, q in enumerate(parametrisation.quantities):
-        # The bound comes first: a standard deviation says nothing of a parameter that its bound holds.
+        # A bound comes first: a standard deviation says nothing of a parameter that its bound holds.
         if edge[k]:
             result[q.id] = "at_bound"
         elif q.prior is not None and std[k] * slope[k] > THRESHOLDS.largest_std_over_prior_std * q.prior.std:

@@ -118,6 +118,16 @@ def test_bound_is_named():
     assert found.statuses["Ks"] == "at_bound"
 
 
+def test_a_range_of_many_decades_does_not_make_a_known_value_one_at_its_bound():
+    """A ten-thousandth of the range, which a device file may leave so wide, is many times the spring."""
+    eq = equations().with_parameters({"Ks": {"lower": 0.0, "upper": 1e4}})
+    sim = type(simulator())(eq, simulator().kernel)
+    start = tuple(TRUE.get(q.id, q.initial) for q in eq.parameters)
+    found = fit(sim, runs(), options=FitOptions(method="gauss_newton", gains=(0.0,), starts=1, start=start))
+    assert found.values["Ks"] == pytest.approx(TRUE["Ks"], rel=0.05)
+    assert found.statuses["Ks"] == "identified"
+
+
 class Line:
     """y = a + b·t on one joint: least squares in closed form."""
 
