@@ -83,7 +83,7 @@ def search_campaign(  # one argument an option
     whole = campaign_for_command(campaign)
     read = in_first_postures(whole)
     together = _parse_together(free)
-    chosen = ((joint,) if joint is not None else parse_joints(joints)) or ()
+    chosen = _parse_alone(joint, joints)
     several: tuple[tuple[int, ...], ...] = (tuple(sorted(together)),) if together else ()
     if not chosen and not several:
         chosen, several = read.joints, tuple(c for c in read.configurations if len(c) > 1)
@@ -145,6 +145,14 @@ def _tell_kept(findings: Findings, alone: Sequence[int], several: Sequence[tuple
     commands = [word_again("missing", "discrepancy.run", ("--joint", "--joints", "--free"), one) for one in options]
     rest = f"; go on with: {', then '.join(commands)}" if options else ""
     return f"{kept} kept{rest}"
+
+
+def _parse_alone(joint: int | None, joints: str | None) -> tuple[int, ...]:
+    """Read which joints are studied, each alone."""
+    if joint is not None and joints:
+        got, todo = f"--joint {joint} and --joints {joints}", "--joints studies several, each alone"
+        raise InputError("--joint", expected="one of --joint and --joints", got=got, todo=todo)
+    return ((joint,) if joint is not None else parse_joints(joints)) or ()
 
 
 def _prepare_together(

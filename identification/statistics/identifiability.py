@@ -121,10 +121,11 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array, felt: Array
         ``fixed``, ``at_bound``, ``prior``, ``unidentifiable`` or ``identified`` by id.
     """
     result = {q.id: "fixed" for q in parametrisation.equations.parameters if q.fixed}
-    sizes, edge = known_sizes(parametrisation, s, felt), on_bound(parametrisation, s)
+    sizes = known_sizes(parametrisation, s, felt)
     lower, upper = parametrisation.bounds
     # Over a range of many decades, as that of a device file without limits, a share of it may be far from the bound.
-    edge &= ~(np.minimum(s - lower, upper - s) > THRESHOLDS.standard_errors_of_interval * std)
+    told_apart = np.minimum(s - lower, upper - s) > THRESHOLDS.standard_errors_of_interval * std
+    edge = np.logical_and(on_bound(parametrisation, s), ~told_apart)
     theta = parametrisation.physical(s)
     slope = parametrisation.slope(theta)
     for k, q in enumerate(parametrisation.quantities):

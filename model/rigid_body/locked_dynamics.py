@@ -248,7 +248,7 @@ class _Table:
 
     def _description(self, name: str, term: sp.Expr) -> str:
         kind = {"g": "Gravity", "V": "Potential energy"}.get(name[0], f"Mass matrix entry {name}")
-        posture = {f"q{j}": x for j, x in enumerate(self.ring.posture) if x}
+        posture = ", ".join(f"q{j} = {x:g}" for j, x in enumerate(self.ring.posture) if x)
         locked = f", locked at {posture}" if posture else ""
         return f"{kind}: coefficient of {term}{locked}" if term != 1 else f"{kind}: constant part{locked}"
 

@@ -69,3 +69,8 @@ def test_the_summary_ends_with_the_sentence(tmp_path: Path) -> None:
         place=Place(tmp_path), values=None, left_out=SAID,
     )  # fmt: skip
     assert text_of(made.told()).splitlines() == ["all joints: named. All is named.", f"  {SAID}"]
+
+
+def test_one_joint_and_several_are_not_both_taken():
+    with pytest.raises(InputError, match="expected one of --joint and --joints, got --joint 4 and --joints 4,5"):
+        search_campaign(None, Path("out"), "4,5", joint=4, free=None, effects=None, without="")
