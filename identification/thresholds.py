@@ -303,6 +303,9 @@ class Thresholds:
     least_eigenvalue_of_pseudo_inertia: float = 1e-5
     """Smallest eigenvalue of the scaled pseudo-inertia [1]: strictly physical, so that forward dynamics always
     exists."""
+    widening_of_link_priors: float = 10.0
+    """Factor [1] on the stated standard deviations of all link parameters with which the data must still halve that of
+    one which counts as identified: otherwise the priors of the others told it."""
     steps_between_physical_draws: int = 300
     """Number of steps between draws of physical links [1]: several times the number of directions that the data do not
     identify."""

@@ -236,6 +236,10 @@ class Thresholds:
     """Equal extreme readings in a row [1] from which a run looks clipped, if they are a large share of it, too."""
     least_share_of_rows_at_end: float = 0.02
     """Share of the run at that reading [1] from which the run looks clipped."""
+    largest_share_of_marked_rows: float = 0.05
+    """Share of a run's rows [1] up to which one number far from all others marks missing readings."""
+    least_distance_of_mark_over_range: float = 10.0
+    """Distance of such a number from all other readings over their range [1]."""
 
     # Remarks on pairs of runs.
     largest_relative_difference_of_copies: float = 1e-9

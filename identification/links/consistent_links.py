@@ -37,8 +37,10 @@ class Estimate:
     unit
         Unit of both.
     status
-        ``identified`` where the data at least halved the prior standard deviation, ``unidentifiable`` where they did
-        not, ``prior`` where no measured coefficient contains the parameter, ``fixed`` where it has no prior deviation.
+        ``identified`` where the data at least halved the prior standard deviation, and would with all priors
+        `THRESHOLDS.widening_of_link_priors` times as wide; ``unidentifiable`` where they did not, as of a mass that the
+        data know times its centroid alone; ``prior`` where no measured coefficient contains the parameter, ``fixed``
+        where it has no prior deviation.
     """
 
     value: float
@@ -89,19 +91,26 @@ def consistent_links(device: Device, measurements: Sequence[Measurement]) -> Lin
     NumericalError
         Where the solver finds no optimum.
     """
-    belief = LinkBelief.from_device(device)
-    for one in measurements:
-        belief = belief.update(one.coefficients, one.values, one.covariance)
+    first = LinkBelief.from_device(device)
+    belief = _updated(first, measurements)
+    widening = THRESHOLDS.widening_of_link_priors
+    wide = _updated(LinkBelief(mean=first.mean, covariance=widening**2 * first.covariance), measurements)
     pi = _nearest_consistent(device, belief, measurements)
     standard = to_standard(device, pi)
     jacobian = np.linalg.inv(pi_jacobian(device, standard))
-    std = np.sqrt(np.maximum(np.diag(jacobian @ belief.covariance @ jacobian.T), 0.0))
+    std, loose = (np.sqrt(np.maximum(np.diag(jacobian @ one.covariance @ jacobian.T), 0.0)) for one in (belief, wide))
     return LinkEstimates(
-        links=_table(device, standard, std, measurements),
+        links=_table(device, standard, std, loose, measurements),
         standard=dict(zip(standard_ids(device), standard.tolist(), strict=True)),
         pi=pi,
         misfit=tuple((one.rows @ pi - one.values) / np.sqrt(np.diag(one.covariance)) for one in measurements),
     )
+
+
+def _updated(belief: LinkBelief, measurements: Sequence[Measurement]) -> LinkBelief:
+    for one in measurements:
+        belief = belief.update(one.coefficients, one.values, one.covariance)
+    return belief
 
 
 def _scales(device: Device, pi: Array) -> Array:
@@ -181,7 +190,7 @@ def _rows_of_pseudo_inertia(values: Sequence[Any]) -> list[list[Any]]:
 
 
 def _table(
-    device: Device, standard: Array, std: Array, measurements: Sequence[Measurement]
+    device: Device, standard: Array, std: Array, loose: Array, measurements: Sequence[Measurement]
 ) -> dict[str, dict[str, Estimate]]:
     measured = find_contained(device, (coefficient.exact for one in measurements for coefficient in one.coefficients))
     prior = standard_std(device)
@@ -190,7 +199,8 @@ def _table(
     owners += [(f"motor_{motor.name}", "J") for motor in device.motors]
     result: dict[str, dict[str, Estimate]] = {}
     for k, ((owner, key), name) in enumerate(zip(owners, standard_ids(device), strict=True)):
-        status = _status(float(std[k]), float(prior[k]), name in measured)
+        # Wide priors never narrow a parameter more than the stated ones, up to rounding.
+        status = _status(float(max(std[k], loose[k])), float(prior[k]), name in measured)
         result.setdefault(owner, {})[key] = Estimate(
             value=float(standard[k]), std=float(min(std[k], prior[k])), unit=units[k], status=status
         )

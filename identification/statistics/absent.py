@@ -3,7 +3,8 @@
 A model holds spring, gravity and stiction whether the joint has them or not. Where the 95 % interval of such a term
 holds 0, the term is not ``identified``: it is told as absent, with the end of the interval. Ids of a term:
 
-- spring: Ks, whose equilibrium epos has no meaning without it;
+- spring: Ks, whose equilibrium epos has no meaning without it. Their product Ks·epos is a constant torque, which a
+  joint without a spring may have: its interval is told where it does not hold 0;
 - gravity: gravity_cos and gravity_sin together (a joint that slides has only the first);
 - stiction: Fs − Fc, without which the Stribeck velocity vs has no meaning.
 """
@@ -20,7 +21,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.parameter_ids import id_suffixes
 from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import symmetric_inverse
-from haptid.support.numbers import plain
+from haptid.support.numbers import plain, write_interval
 
 SPRING = ("Ks", "epos")
 """Ids of the stiffness and the equilibrium of a single joint's spring."""
@@ -146,7 +147,23 @@ def _spring(fit: Fit, stiffness: str, equilibrium: str) -> tuple[list[str], str]
         return [], ""
     unit = fit.equations.parameter(stiffness).unit
     most = f"|{stiffness}| < {plain(abs(value) + reach)} {unit} with 95 %"
-    return [stiffness, equilibrium], f"{NO_SPRING_SEEN}: {most}"
+    return [stiffness, equilibrium], f"{NO_SPRING_SEEN}: {most}{_constant_torque(fit, stiffness, equilibrium)}"
+
+
+def _constant_torque(fit: Fit, stiffness: str, equilibrium: str) -> str:
+    """Tell the torque Ks·epos of a spring that is not seen, where its 95 % interval does not hold 0.
+
+    The error is propagated to first order: d(Ks·epos) = epos·dKs + Ks·depos.
+    """
+    if equilibrium not in fit.free:
+        return ""
+    k, q = fit.values[stiffness], fit.values[equilibrium]
+    torque, reach = k * q, _reach(fit, [stiffness, equilibrium], np.array([q, k]))
+    if abs(torque) <= reach:
+        return ""
+    unit = fit.equations.parameter(stiffness).unit.split("/")[0]
+    interval = write_interval(torque - reach, torque + reach, 2)
+    return f"; a constant torque is: {stiffness}·{equilibrium} = {interval} {unit} with 95 %"
 
 
 def _gravity(fit: Fit, ids: Sequence[str], largest: float) -> tuple[list[str], str]:

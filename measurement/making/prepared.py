@@ -23,8 +23,9 @@ from haptid.measurement.making.usable_rows import (
     without_shared_rows,
 )
 from haptid.measurement.naming.joint_names import numbers_by_name, understand_table
-from haptid.measurement.naming.lacking_columns import is_bare_demand, travel_alike
+from haptid.measurement.naming.lacking_columns import travel_alike
 from haptid.measurement.naming.mapping import POSITION, REFERENCE, Target, free_joints, map_columns
+from haptid.measurement.naming.signal_names import is_bare_demand
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.postures import median_postures
 from haptid.measurement.values.run import Array

@@ -9,108 +9,32 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.naming.degrees import DEGREES
-from haptid.measurement.naming.languages import plain_letters, words_of
+from haptid.measurement.naming.signal_names import (
+    COUNT,
+    COUNTS_ROWS,
+    DEGREE,
+    LIKELY_COLUMNS,
+    READ_BY_COUNTS,
+    is_bare_demand,
+    is_prismatic_joint,
+    likeliest_column,
+    likely_goal,
+    likely_references,
+    silent_columns,
+)
 from haptid.measurement.naming.units import IN_BRACKETS, unit_in_brackets, unit_of_column
 from haptid.measurement.tables.misnamed import likely_time_units
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
-_ALONE = r"(?<![a-z]){}(?![a-z])"
-"""Pattern of letters that are a word of a name."""
-
-
-def _elsewhere(quantity: str) -> str:
-    """Return the pattern of a quantity's words in other languages."""
-    return _ALONE.format(f"(?:{words_of(quantity)})")
-
-
-DEGREE = "0.0174533"
-"""Radians of a degree, as a remedy writes them."""
-COUNT = "0.00153398"
-"""Radians of one count where 4096 make a turn, as a remedy writes them."""
+DAY = "86400"
+"""Seconds of a day, as a remedy writes them."""
+DATES_OF_SPREADSHEETS = (20_000.0, 80_000.0)
+"""Days from 1900 to dates of 1954 and of 2119, as spreadsheets write dates as numbers."""
 FACTOR = "FACTOR"
 """Stands for the factor of a unit that is not known."""
 UNIT = re.compile(r"(?!(?i:joint|motor|axis|left|right|raw|meas|act|est|cmd|load|link)\b)\S{1,8}(?: \S{1,3})?")
 """What may be a unit in brackets: a short word, or two, and none that tells a place or a kind."""
-COUNTED = (
-    r"^(?!.*(?:torque|tau|effort|force|moment|current|amp|volt|duty|pwm|temp|time|stamp|clock)).*"
-    rf"{_ALONE.format('(?:counts?|cnts?|ticks?|raw|lsb|adc)')}"
-)
-"""Pattern of names of readings in counts that are none of another signal."""
-LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
-    "time": (
-        (_ALONE.format("(?:ms|msec|millis[a-z]*)"), "time_s*0.001"),
-        (_ALONE.format("(?:[uµμ]s|usec|micros[a-z]*)"), "time_s*1e-06"),
-        (_ALONE.format("(?:ns|nsec|nanos[a-z]*)"), "time_s*1e-09"),
-        (_ALONE.format("(?:s|sec|seconds?)"), "time_s"),
-        (rf"time|stamp|elapsed|clock|{_ALONE.format('t')}|{_elsewhere('time')}", "time_s*?"),
-    ),
-    "torque": (
-        (_ALONE.format("(?:mn[ ·*]?m|n[ ·*]?mm)"), "torque_{}_Nm*0.001"),
-        (_ALONE.format(r"n[ ·*]?cm"), "torque_{}_Nm*0.01"),
-        (_ALONE.format(r"kn[ ·*]?m"), "torque_{}_Nm*1000"),
-        (r"lbf?[ ·*.-]?ft|ft[ ·*.-]?lb", "torque_{}_Nm*1.35582"),
-        (r"lbf?[ ·*.-]?in|in[ ·*.-]?lb", "torque_{}_Nm*0.112985"),
-        (r"ozf?[ ·*.-]?in|in[ ·*.-]?oz", "torque_{}_Nm*0.00706155"),
-        (r"kgf?[ ·*.]?cm", "torque_{}_Nm*0.0980665"),
-        (rf"force|{_elsewhere('force')}", "force_{}_N"),
-        (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
-        (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}|{_elsewhere('current')}", "current_{}_A"),
-        (rf"volt|{_elsewhere('voltage')}", "voltage_{}_V"),
-        (r"(?:duty|pwm).*(?:%|pct|percent)", "duty_{}*0.01"),
-        (r"duty|pwm", "duty_{}*?"),
-        (
-            rf"torque|tau|trq|effort|moment|{_ALONE.format('(?:m|nm)')}|{_elsewhere('torque')}",
-            "torque_{}_Nm",
-        ),
-    ),
-    "position": (
-        (_ALONE.format("mrad"), "position_{}_rad*0.001"),
-        (_ALONE.format("rad(?:ians?)?"), "position_{}_rad"),  # a word: Winkelgrad is none
-        (_ALONE.format("mm"), "position_{}_m*0.001"),
-        (r"turns|rev", "position_{}_rad*6.28319"),
-        (rf"deg|°|{DEGREES}", f"position_{{}}_rad*{DEGREE}"),
-        (_ALONE.format("gon"), "position_{}_rad*0.015708"),
-        (COUNTED, f"position_{{}}_rad*{COUNT}"),
-        (
-            rf"angle|theta|pos|enc|winkel|{_ALONE.format('pot(?:i|entiometer)?')}|{_ALONE.format('q')}"
-            rf"|{_elsewhere('position')}"
-            r"|^(?:observation[./_])?state(?![a-z])",  # as LeRobot calls the positions of a robot's joints
-            "position_{}_rad*?",
-        ),
-    ),
-}
-"""By signal: patterns of names that it is likely under, and the column of the campaign format with the factor.
-
-The first match decides. ``?`` stands where a name has no unit: the interval of the rows tells that of a time as a rule,
-the largest number that of a duty, and nothing radians from degrees.
-"""
-READ_BY_COUNTS = re.compile(r"enc|pot(?![a-z])|poti", re.IGNORECASE)
-"""Names of sensors that are read in counts where their numbers are whole."""
-DEMANDED = re.compile(
-    rf"demand|target|set_?point|command|cmd|desired|goal|reference|soll|{_ALONE.format('(?:des|ref|action)')}",
-    re.IGNORECASE,
-)
-"""Names of what a controller follows, which is no measured position."""
-NO_SIGNAL = re.compile(
-    r"index|frame|episode|task|reward|done|success|temp|enabled?(?![a-z])|status|mode|flag", re.IGNORECASE
-)
-"""Names of counters, marks and what else drives no joint."""
-NO_POSITION = re.compile(
-    rf"error|following|deviation|vel|speed|geschw|drehzahl|rpm|/ ?s(?![a-z])|{_elsewhere('velocity')}", re.IGNORECASE
-)
-"""Names that hold a word of a position and are none."""
-SURELY_DRIVES = re.compile(
-    rf"torque|tau|trq|effort|moment|force|current|amp|volt|duty|pwm|{_ALONE.format('nm')}"
-    rf"|{'|'.join(_elsewhere(quantity) for quantity in ('torque', 'force', 'current', 'voltage'))}",
-    re.IGNORECASE,
-)
-"""Words of what drives a joint; letters such as ``m`` or ``i`` alone are none beside a position's word."""
-ACTION = re.compile(r"actions?(?![a-z])", re.IGNORECASE)
-"""Begin of the names of what a robot's joints are to follow, in data sets for learning; the rest names the joint."""
-STATES = ("observation.state", "state")
-"""Begins of the names of the positions beside an action."""
 BITS_OF_DUTY = (8, 10, 12, 14, 16)
 """Bits that a timer's duty has, by which its largest number is one less than a power of two."""
 COMMANDS_BY_UNIT = {"V": "voltage_{}_V", "A": "current_{}_A", "%": "duty_{}*0.01"}
@@ -148,7 +72,7 @@ def tell_how_to_name(
     unknown = [column for column in columns if not KNOWN.fullmatch(column)]
     remedy = _Remedy(lacking=lacking)
     for signal in lacking:
-        column, goal = _likeliest_column(signal, unknown)
+        column, goal = likeliest_column(signal, unknown)
         if column:
             unknown.remove(column)
             if signal == "torque" and is_prismatic_joint(joint, columns):
@@ -160,15 +84,7 @@ def tell_how_to_name(
             if signal == "position":
                 remedy = replace(remedy, position=(column, sure))
             continue
-        name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
-        example = next(iter(silent_columns(unknown) if signal == "torque" else unknown), None)
-        if example is not None:
-            unknown.remove(example)
-            if signal == "torque" and (unit := UNIT_AT_END.search(example)):
-                name = COMMANDS_BY_UNIT[unit.group(1) or unit.group(2)].format(joint)
-            remedy.examples.append(f"--map '{example}={name}'")
-        else:
-            remedy.added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
+        _add_example(remedy, signal, unknown, joint, numbers_of)
     whole = remedy.told()
     wider = _with_reference(remedy, unknown, joint, numbers_of).told() if "position" in lacking else whole
     # A cut name helps nobody: where all do not fit, one shows how.
@@ -197,31 +113,11 @@ def propose_target(
         Column of the campaign format with the factor, of the joint that the name tells, or joint 0, and what else its
         unit may be; both empty where another column is more likely, none is, or its unit is none that is known.
     """
-    likeliest, goal = _likeliest_column(signal, [name for name in columns if not KNOWN.fullmatch(name)])
+    likeliest, goal = likeliest_column(signal, [name for name in columns if not KNOWN.fullmatch(name)])
     if column != likeliest or _unknown_unit(column, signal):
         return "", ""
     number = re.search(rf"(?<!\d){JOINT}(?!\d)", column)
     return _choose_unit(column, goal.format(int(number.group()) if number else 0), numbers_of)
-
-
-def is_prismatic_joint(joint: int, columns: Sequence[str]) -> bool:
-    """Whether the position of a joint is a length, by its column or by the one that is likely meant.
-
-    Parameters
-    ----------
-    joint
-        Number of the joint.
-    columns
-        Names of the columns, those of the campaign format among them.
-
-    Returns
-    -------
-    bool
-    """
-    if f"position_{joint}_rad" in columns or f"position_{joint}_m" in columns:
-        return f"position_{joint}_rad" not in columns
-    _, goal = _likeliest_column("position", [column for column in columns if not KNOWN.fullmatch(column)])
-    return goal.startswith("position_{}_m")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -268,48 +164,6 @@ class _Remedy:
         return f"no {', no '.join(self.lacking)}: name them, as in {first}{note}"
 
 
-def holds_likely(signal: str, columns: Sequence[str]) -> bool:
-    """Whether a column is likely meant by a signal.
-
-    Parameters
-    ----------
-    signal
-        ``time``, ``torque`` or ``position``.
-    columns
-        Names of the columns, those of the campaign format among them.
-
-    Returns
-    -------
-    bool
-    """
-    return _likeliest_column(signal, [column for column in columns if not KNOWN.fullmatch(column)]) != ("", "")
-
-
-def silent_columns(columns: Sequence[str]) -> list[str]:
-    """Return the columns that may be anything, what drives a joint too.
-
-    Parameters
-    ----------
-    columns
-        Names of the columns, those of the campaign format among them.
-
-    Returns
-    -------
-    list of str
-        Names that are neither of the format nor likely of a time, a position, a demand, a speed or a counter.
-    """
-    references = {column for column, _ in _likely_references(columns)}
-    return [
-        column
-        for column in columns
-        if column not in references
-        and not any(form.search(column) for form in (NO_POSITION, NO_SIGNAL))
-        and not KNOWN.fullmatch(column)
-        and not is_bare_demand(column)
-        and not any(_likely_goal(signal, column) for signal in ("time", "position"))
-    ]
-
-
 def find_followed(columns: Sequence[str], numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:
     """Find a position and what it is to follow, by their names.
 
@@ -326,20 +180,42 @@ def find_followed(columns: Sequence[str], numbers_of: Callable[[str], Array] | N
         Names of the columns; both empty where one of them is not there.
     """
     position = next((name for name in columns if name.startswith("position_") and KNOWN.fullmatch(name)), "")
-    position = position or _likeliest_column("position", columns)[0]
+    position = position or likeliest_column("position", columns)[0]
     references = [name for name in columns if name.startswith("reference_") and KNOWN.fullmatch(name)]
-    references += [column for column, _ in _likely_references(columns)]
+    references += [column for column, _ in likely_references(columns)]
     if position and numbers_of is not None:
         demands = [column for column in columns if is_bare_demand(column)]
         references += [column for column in demands if travel_alike(numbers_of(column), numbers_of(position))]
     return (position, references[0]) if position and references else ("", "")
 
 
-def _likeliest_column(signal: str, columns: Sequence[str]) -> tuple[str, str]:
-    """Return the column that is most likely meant by a signal, and what it is mapped to; empty where none is."""
-    likely = [(column, goal) for column in columns if (goal := _likely_goal(signal, column))]
-    # A measured torque goes before a demanded one.
-    return min(likely, key=lambda pair: DEMANDED.search(pair[0]) is not None, default=("", ""))
+def _add_example(
+    remedy: _Remedy, signal: str, unknown: list[str], joint: int, numbers_of: Callable[[str], Array] | None
+) -> None:
+    """Add to a remedy how a signal is named of which no column is likely; the column that shows it is taken away."""
+    counter = _find_counter(unknown, numbers_of) if signal == "time" else ""
+    if counter:
+        unknown.remove(counter)
+        remedy.named.append(f"--map '{counter}=time_s*{FACTOR}'")
+        remedy.notes[remedy.named[-1]] = f"{FACTOR}: seconds from row to row, as 1/250 at 250 Hz"
+        return
+    name = LIKELY_COLUMNS[signal][-1][1].format(joint).partition("*")[0]
+    example = next(iter(silent_columns(unknown) if signal == "torque" else unknown), None)
+    if example is None:
+        remedy.added.append(f"{name} (zeros of a free swing)" if signal == "torque" else name)
+        return
+    unknown.remove(example)
+    if signal == "torque" and (unit := UNIT_AT_END.search(example)):
+        name = COMMANDS_BY_UNIT[unit.group(1) or unit.group(2)].format(joint)
+    remedy.examples.append(f"--map '{example}={name}'")
+
+
+def _find_counter(columns: Sequence[str], numbers_of: Callable[[str], Array] | None) -> str:
+    """Return the column that counts rows; empty where none does."""
+    if numbers_of is None:
+        return ""
+    named = [column for column in columns if COUNTS_ROWS.search(column)]
+    return next((column for column in named if np.unique(np.diff(numbers_of(column))).tolist() == [1.0]), "")
 
 
 def _with_reference(
@@ -347,8 +223,7 @@ def _with_reference(
 ) -> _Remedy:
     """Name the demanded position too, where a column is likely one; one note on the unit holds for both angles."""
     references = [
-        (column, _choose_unit(column, goal.format(joint), numbers_of)[0])
-        for column, goal in _likely_references(unknown)
+        (column, _choose_unit(column, goal.format(joint), numbers_of)[0]) for column, goal in likely_references(unknown)
     ]
     measured, goal = remedy.position
     if numbers_of is not None and measured:
@@ -364,21 +239,6 @@ def _with_reference(
     named = [*remedy.named, f"--map '{column}={goal}'"]
     notes = {option: re.sub(rf"position_{JOINT}_rad(?=\*)", "", note) for option, note in remedy.notes.items()}
     return replace(remedy, named=named, notes=notes)
-
-
-def is_bare_demand(column: str) -> bool:
-    """Say whether a name is that of something demanded, without a word on what, as ``setpoint`` or ``target_1``.
-
-    Parameters
-    ----------
-    column
-        Name of a column.
-
-    Returns
-    -------
-    bool
-    """
-    return DEMANDED.search(column) is not None and re.search("[A-Za-z]", DEMANDED.sub("", column)) is None
 
 
 def travel_alike(demanded: Array, measured: Array) -> bool:
@@ -409,7 +269,7 @@ def _unknown_unit(column: str, signal: str) -> str:
         return ""
     # Where the name alone leads to another unit, the brackets were read.
     alone = column[: found.start()]
-    return found[1].strip() if _likely_goal(signal, alone) in ("", _likely_goal(signal, column)) else ""
+    return found[1].strip() if likely_goal(signal, alone) in ("", likely_goal(signal, column)) else ""
 
 
 def _choose_factor(signal: str, column: str, goal: str, numbers_of: Callable[[str], Array] | None) -> tuple[str, str]:
@@ -436,6 +296,10 @@ def _choose_unit(column: str, goal: str, numbers_of: Callable[[str], Array] | No
     if name != "time_s":
         return name, f"radians; degrees: {name}*{DEGREE}"
     intervals = np.abs(np.diff(numbers))
+    first, last = DATES_OF_SPREADSHEETS
+    longest = THRESHOLDS.longest_row_interval_s / float(DAY)
+    if intervals.size and first <= numbers.min() and numbers.max() <= last and np.median(intervals) <= longest:
+        return f"{name}*{DAY}", "days, as spreadsheets count them"
     (unit, seconds), *others = likely_time_units(float(np.median(intervals)) if intervals.size else float("nan"))
     note = f"{unit}; {others[0][0]}: {name}*{others[0][1]}" if others else ""
     return name if float(seconds) == 1.0 else f"{name}*{seconds}", note
@@ -449,38 +313,3 @@ def _choose_full_duty(name: str, largest: float, *, is_whole: bool) -> tuple[str
     if full is None:
         return f"{name}*0.01", "per cent of the supply"
     return f"{name}*{1.0 / full:.4g}", f"{full} is full; per cent: *0.01" if largest <= 100 else f"{full} is full"
-
-
-def _likely_goal(signal: str, column: str) -> str:
-    """Return what a column is mapped to where its name is likely that of a signal; empty where it is not."""
-    column = plain_letters(column)
-    if signal == "position" and (DEMANDED.search(column) or NO_POSITION.search(column)):
-        return ""
-    if signal == "torque" and SURELY_DRIVES.search(column) is None and _names_position(column):
-        return ""
-    return next((goal for form, goal in LIKELY_COLUMNS[signal] if re.search(form, column, re.IGNORECASE)), "")
-
-
-def _names_position(column: str) -> bool:
-    """Whether a name is likely that of a position, or of one that is demanded."""
-    return bool(_likely_goal("position", column) or _likely_goal("position", DEMANDED.sub("", column)))
-
-
-def _likely_references(columns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the columns that are likely demanded positions, and what each is mapped to."""
-    found = []
-    for column in columns:
-        if DEMANDED.search(column) and not NO_POSITION.search(column):
-            measured = _likely_goal("position", DEMANDED.sub("", column)) or _goal_of_state(column, columns)
-            if measured:
-                found.append((column, measured.replace("position", "reference")))
-    return found
-
-
-def _goal_of_state(column: str, columns: Sequence[str]) -> str:
-    """Return what the state beside an action is mapped to, as ``observation.state.hip`` beside ``action.hip``."""
-    action = ACTION.match(column)
-    if action is None:
-        return ""
-    states = [state + column[action.end() :] for state in STATES]
-    return next((_likely_goal("position", state) for state in states if state in columns), "")

@@ -9,13 +9,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import JOINT, KNOWN
-from haptid.measurement.naming.lacking_columns import (
-    find_followed,
-    holds_likely,
-    is_prismatic_joint,
-    silent_columns,
-    tell_how_to_name,
-)
+from haptid.measurement.naming.lacking_columns import find_followed, tell_how_to_name
+from haptid.measurement.naming.signal_names import holds_likely, is_prismatic_joint, silent_columns
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError

@@ -1,7 +1,8 @@
 """Look for slips of units, signs and columns in one run: `Run` in, remarks with their remedies out, no refusal.
 
 Looked for are counts or degrees for radians, angles that begin anew after a turn, milliseconds for seconds,
-thousandths of torque's unit, a wrong sign of torque, clipped readings, and a stated noise that the rows contradict.
+thousandths of torque's unit, a wrong sign of torque, clipped readings, a number far from all others that marks missing
+readings, and a stated noise that the rows contradict.
 """
 
 from __future__ import annotations
@@ -42,6 +43,13 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
     list of str
         One sentence each, with the remedy; empty where nothing looks like a slip.
     """
+    position, torque = ("m", "N") if run.prismatic[column] else ("rad", "N m")
+    marks = (
+        _missing_marked(run.t, run.y[:, column], "position", position),
+        _missing_marked(run.t, run.u[:, column], "torque", torque),
+    )
+    if any(marks):
+        return [remark for remark in marks if remark]  # a number that is no reading makes travel and noise meaningless
     checks = (
         _degrees(run, estimated, column, limits.travel),
         _wrapping(run, column),
@@ -51,6 +59,20 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
         _find_clipping(run, estimated, column),
     )
     return [remark for remark in (*checks, _noise(run, estimated, column)) if remark]
+
+
+def _missing_marked(t: Array, readings: Array, signal: str, unit: str) -> str:
+    """Look for an extreme number, in few rows and far from all others, that marks missing readings as -9999 does."""
+    for end in (readings.min(), readings.max()):
+        others = readings[readings != end]
+        rows = np.flatnonzero(readings == end)
+        if not 0 < rows.size <= THRESHOLDS.largest_share_of_marked_rows * readings.size:
+            continue
+        if np.min(np.abs(others - end)) > THRESHOLDS.least_distance_of_mark_over_range * np.ptp(others) > 0.0:
+            where = f"{rows.size} rows, first" if rows.size > 1 else "the row"
+            found = f"the {signal} is {end:.6g} {unit} in {where} at {t[rows[0]]:.6g} s, far from all others"
+            return f"{found}: no reading? then empty the cells, as haptid init leaves such rows out"
+    return ""
 
 
 def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> str:

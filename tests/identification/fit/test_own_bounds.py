@@ -201,6 +201,26 @@ def test_spring_whose_interval_holds_zero_is_not_identified(fitted: Fitted) -> N
     assert "no spring is seen: |Ks| < 7.4 N m/rad with 95 %" in told.warnings
 
 
+def test_constant_torque_that_a_spring_that_is_not_seen_holds_is_told(fitted: Fitted) -> None:
+    """A joint whose friction differs by direction ended with Ks = 8.7e-4 ± 9.1e-4 and nothing said of Ks·epos."""
+    fit = fitted.fit
+    theta, covariance = fit.theta.copy(), np.zeros_like(fit.covariance)
+    stiffness, equilibrium, held, known = 8e-4, -4.0, -3.2e-3, 1e-4
+    theta[fit.index("Ks")], theta[fit.index("epos")] = stiffness, equilibrium
+    # Along the ridge of equal products the data know nothing; across it they know the product to its own error.
+    ridge = np.array([stiffness, -equilibrium])
+    across = np.array([equilibrium, stiffness]) * known / np.hypot(stiffness, equilibrium) ** 2
+    places = [fit.free.index(id) for id in ("Ks", "epos")]
+    covariance[np.ix_(places, places)] = np.outer(ridge, ridge) + np.outer(across, across)
+    told = with_absent_terms(fit.but(theta=theta, covariance=covariance, warnings=()))
+    (said,) = (text for text in told.warnings if text.startswith("no spring is seen"))
+    low, high = held - 1.96 * known, held + 1.96 * known
+    assert said.endswith(f"; a constant torque is: Ks·epos = {low:.2g} to {high:.2g} N m with 95 %")
+    loose = with_absent_terms(fit.but(theta=theta, covariance=covariance * 1e3, warnings=()))
+    (said,) = (text for text in loose.warnings if text.startswith("no spring is seen"))
+    assert "constant torque" not in said
+
+
 @pytest.mark.long
 def test_intervals_of_a_model_that_does_not_fit_hold_the_truth() -> None:
     weak = 0.2 * TRUE["Fc"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from haptid.measurement.naming.lacking_columns import propose_target, tell_how_to_name
@@ -39,3 +40,23 @@ def test_nothing_is_proposed_in_a_unit_that_is_not_known():
 )
 def test_words_of_other_languages_are_proposed_and_nothing_that_holds_them(signal: str, name: str, target: str):
     assert propose_target(signal, name, ["time_s", name], None)[0] == target
+
+
+def test_a_count_of_rows_is_no_time_in_seconds():
+    """``sample`` below ``Sampling rate: 250 Hz`` was proposed as seconds, so that rows were 1 s apart."""
+    table = {"sample": np.arange(500.0), "torque_0_Nm": np.zeros(500), "position_0_rad": np.zeros(500)}
+    told = tell_how_to_name(["time"], list(table), {0}, table.__getitem__)
+    assert told == "no time: use --map 'sample=time_s*FACTOR' (FACTOR: seconds from row to row, as 1/250 at 250 Hz)"
+    table["sample"] = np.arange(500.0) * 0.004
+    assert "'sample=time_s'" in tell_how_to_name(["time"], list(table), {0}, table.__getitem__)
+
+
+def test_dates_of_a_spreadsheet_are_days():
+    """46356.49 and its neighbours 5e-8 apart were proposed as milliseconds."""
+    table = {"Zeitpunkt": 46356.49 + np.arange(500) * 0.004 / 86400.0}
+    assert propose_target("time", "Zeitpunkt", list(table), table.__getitem__) == (
+        "time_s*86400",
+        "days, as spreadsheets count them",
+    )
+    table["Zeitpunkt"] = 46356.49 + np.arange(500) * 4.0
+    assert propose_target("time", "Zeitpunkt", list(table), table.__getitem__)[0] == "time_s*0.001"

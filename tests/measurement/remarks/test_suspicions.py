@@ -103,6 +103,23 @@ def test_slips_are_remarked(run, word: str):
     assert word in remarks_on(run(t, u, y))
 
 
+@pytest.mark.parametrize("signal", ["position", "torque"])
+def test_a_number_far_from_all_others_marks_missing_readings(signal: str):
+    """-9999 among degrees, already converted, was taken for a travel in degrees."""
+    t, u, y = moved()
+    (y if signal == "position" else u)[[120, 121, 4000]] = -9999 * 0.0174533
+    said = remarks_on(a_run(t, u, y))
+    unit = "rad" if signal == "position" else "N m"
+    assert said.startswith(f"the {signal} is -174.516 {unit} in 3 rows, first at 0.12 s, far from all others")
+    assert "degrees?" not in said
+
+
+def test_a_step_to_the_end_of_travel_marks_nothing():
+    t, u, y = moved()
+    y[-200:] = y.max() + 0.1
+    assert "far from all others" not in remarks_on(a_run(t, u, y))
+
+
 def test_few_rows_tell_no_noise():
     t, u, y = (column[::500] for column in moved())
     assert "is stated" not in remarks_on(a_run(t, u, y, noise=1e-4))

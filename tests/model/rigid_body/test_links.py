@@ -1,9 +1,12 @@
 """From coefficients to links: the Gaussian update against the information form, and the physical estimate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from haptid.identification.links.consistent_links import consistent_links, pseudo_inertia
+from haptid.model.device.device import STANDARD, Inertial
 from haptid.model.device.reader import load_device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import pi_prior, standard_initial, standard_std, to_pi
@@ -99,3 +102,28 @@ def test_other_postures_pin_down_what_home_leaves_open():
         consistent_links(device, measured(device, pi, POSTURES)),
     )
     assert planned.links["7"]["I13"].std < 0.3 * home.links["7"]["I13"].std
+
+
+def test_mass_known_through_its_centroids_prior_alone_is_not_identified():
+    """Gravity tells the elbow's m·c alone; a centroid stated to 3 % made the mass look measured."""
+    device = load_device("double_pendulum")
+    links = tuple(replace(link, inertial=_with_known_centroid(link.inertial)) for link in device.links)
+    held = replace(device, links=links)
+    dynamics = locked_motion(held, (1,))
+    values = dynamics.linear_map @ pi_prior(held)[0]
+    one = Measurement(
+        coefficients=dynamics.coefficients, values=values, covariance=np.diag((1e-3 * np.abs(values) + 1e-8) ** 2)
+    )
+    found = consistent_links(held, [one]).links[held.links[1].name]
+    mass = held.links[1].inertial.guesses[0]
+    assert found["m"].std < mass.std / 5
+    assert found["m"].status == "unidentifiable"
+
+
+def _with_known_centroid(inertial):
+    return Inertial(
+        guesses=tuple(
+            replace(guess, std=0.03 * abs(guess.initial) + 1e-6) if key in ("x", "y", "z") else guess
+            for key, guess in zip(STANDARD, inertial.guesses, strict=True)
+        )
+    )
