@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from haptid.api.earlier_results import of_other_data
 from haptid.api.identified import Identified
 from haptid.api.place import Place
 from haptid.fmu_build.building.packaging import Kind
@@ -9,6 +10,7 @@ from haptid.identification.job.identify import identify
 from haptid.identification.job.job import Job
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import configurations_of
+from haptid.identification.sequence.resume import data_digest
 from haptid.identification.sequence.step import Step
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign as Values
@@ -68,6 +70,7 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
         scheduler=scheduler,
         made_by=made_by,
     )
+    _tell_other_data(job, listener)
     many = len(job.configurations) > MOST_DRAWN_AT_THE_END
 
     def finished(step: Step) -> None:
@@ -76,3 +79,16 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
 
     made = identify(job, listener, finished)
     return Identified(data=made.data, place=place, values=values, steps=made.steps, made=made)
+
+
+def _tell_other_data(job: Job, listener: Listener) -> None:
+    """Tell of posteriors and findings in the folder that are not of what is identified now: nothing removes them."""
+    digests: dict[tuple[int, ...], set[str]] = {}
+    for one in job.configurations:
+        digests.setdefault(one.free_joints, set()).add(data_digest(job.campaign, job.device, one))
+    known = {joints: frozenset(of_joints) for joints, of_joints in digests.items()}
+    beside = of_other_data(job.out, job.campaign.title, known)
+    if beside:
+        names, verb = ", ".join(beside), "is" if len(beside) == 1 else "are"
+        todo = "make them again by haptid posterior and haptid missing, or choose another --out"
+        listener.note(f"warning: {job.out}: {names} {verb} of other data or of another version of haptid; {todo}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
+from haptid.api.earlier_results import FINDINGS, WHOLE, findings_below
 from haptid.api.place import Place, lock_place, word_origin
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
@@ -37,13 +37,6 @@ from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 from haptid.support.tables import Told, text_of
-
-FOLDER = "discrepancy"
-"""Folder of findings below that of the results."""
-WHOLE = "whole"
-"""Name of the finding of a check of all joints."""
-NAME = re.compile(rf"joints?\d+|{WHOLE}")
-"""Names of findings; a stage alone, as ``joint3_gap``, is none."""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -117,7 +110,7 @@ class Missing:
     @property
     def file(self) -> Path:
         """File of the finding."""
-        return self.folder / FOLDER / f"{self.name}.json"
+        return self.folder / FINDINGS / f"{self.name}.json"
 
     @property
     def verdict(self) -> str:
@@ -425,7 +418,7 @@ def _page_of(finding: AnyFinding, values: Values) -> Page:
 
 def _file_of(folder: Path, joint: int | Sequence[int] | None) -> Path:
     """Return the file of a stored finding; without a joint the only one there."""
-    found = {path.stem: path for path in sorted((folder / FOLDER).glob("*.json")) if NAME.fullmatch(path.stem)}
+    found = findings_below(folder)
     if joint is not None:
         name = f"joint{joint}" if isinstance(joint, int) else f"joints{''.join(map(str, sorted(joint)))}"
     elif len(found) == 1:
@@ -434,7 +427,7 @@ def _file_of(folder: Path, joint: int | Sequence[int] | None) -> Path:
         name = ""
     if name not in found:
         told = ", ".join(found) or "none"
-        where, got = str(folder / FOLDER), "several" if len(found) > 1 and joint is None else name or "none"
+        where, got = str(folder / FINDINGS), "several" if len(found) > 1 and joint is None else name or "none"
         todo = "--joint chooses one" if found else word_origin("find_missing", "missing")
         raise InputError(where, expected=f"a finding, one of {told}", got=got, todo=todo)
     return found[name]

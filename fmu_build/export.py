@@ -280,7 +280,7 @@ class Packaged:
     taken
         Lines on the effects that were taken along, or left behind.
     warnings
-        Sentences on values that no real device has.
+        Sentences on values that no real device has, and on joints of which nothing was identified.
     """
 
     fmu: Fmu
@@ -351,10 +351,21 @@ def package_result(  # noqa: PLR0913 # one argument an option
     check_orders(values, machine, str(source))
     for finding in findings:  # each by itself, so that an error names the file at fault
         check_orders(values | finding.values, machine, finding.source)
-    warnings = tuple(impossible_links(values, machine))
+    warnings = (*impossible_links(values, machine), *_first_guesses(data, machine))
     with _named_in_errors(source, warnings):
         fmu = export_full(machine, data, out, kind, findings, start, source.parent)
     return Packaged(fmu=fmu, taken=taken, warnings=warnings)
+
+
+def _first_guesses(data: Mapping[str, Any], machine: Device) -> tuple[str, ...]:
+    """Tell of joints that no test had free, whose friction and springs are the device's first guesses."""
+    tested = {joint for entry in data["configurations"] for joint in entry["free_joints"]}
+    guessed = [joint for joint in range(len(machine.joints)) if joint not in tested]
+    if not guessed:
+        return ()
+    names, plural = ", ".join(map(str, guessed)), "s" if len(guessed) > 1 else ""
+    one = f"; --joints {min(tested)} packages an identified joint alone" if tested else ""
+    return (f"joint{plural} {names}: not identified, so that the device's first guesses stand there{one}",)
 
 
 def export_result(  # noqa: PLR0913, PLR0917 # one argument an option

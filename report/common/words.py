@@ -87,7 +87,7 @@ FITS = _group(
         "converged", "good",
         "Several starts agree on the best minimum, and what is left is the sensor's noise. Where a run leaves somewhat "
         "more that is not white, the joint's section says so: haptid missing may name it.",
-        "Use the values and the FMU.",
+        "Use the values.",
     ),
     (
         "above_noise", "look",

@@ -71,18 +71,19 @@ def _step_row(step: Step, files: Sequence[str], advised: dict[str, str]) -> tupl
         size,
         over,
         run,
-        _next_action(step, word, advised),
+        _next_action(step, word, advised, is_exported=bool(files)),
         Cell(links=links),
     )
 
 
-def _next_action(step: Step, word: Word, advised: dict[str, str]) -> str:
+def _next_action(step: Step, word: Word, advised: dict[str, str], *, is_exported: bool) -> str:
     """Say what to do: first of all mend a held torque; after a fit at the noise, what is open in its parameters.
 
-    What is said of open parameters in an earlier line is not repeated.
+    What is said of open parameters in an earlier line is not repeated. Where no FMU was written, its command is named.
     """
     if word.level != "good" and seems_held_by_mistake(step):
         return f"State {LINEAR_HOLD} and fit again: the torque acts half a row before it is recorded."
+    use = word.action if word.level != "good" or is_exported else f"{word.action} haptid export writes the FMU."
     absent = absent_ids(step.fit)  # no run can tell them; the page says that they are absent
     for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
         ids = [id for id, one in step.fit.statuses.items() if one == status and id not in absent]
@@ -91,9 +92,9 @@ def _next_action(step: Step, word: Word, advised: dict[str, str]) -> str:
             action = _tell_apart(step) if status == "unidentifiable" else found.action
             first = advised.setdefault(f"{status} {action}", step.configuration.name)
             if first != step.configuration.name:
-                return f"{word.action} {', '.join(ids)}: {found.text}, as for {first}."
-            return f"{word.action} {', '.join(ids)}: {found.text} ({found.plain}). {action}"
-    return word.action
+                return f"{use} {', '.join(ids)}: {found.text}, as for {first}."
+            return f"{use} {', '.join(ids)}: {found.text} ({found.plain}). {action}"
+    return use
 
 
 def _tell_apart(step: Step) -> str:

@@ -204,3 +204,15 @@ def test_a_model_whose_reference_run_overflows_is_refused(tmp_path):
     assert line.startswith(f"error: {path}: ")
     assert "no body has this inertia" in line
     assert not (tmp_path / "x.fmu").exists()
+
+
+def test_joints_that_were_not_identified_are_told(tmp_path):
+    """The FMU of a device of which joint 4 alone was identified was exported without a word."""
+    path = tmp_path / "identification.json"
+    path.write_text(json.dumps(identification()))
+    tested = {joint for entry in identification()["configurations"] for joint in entry["free_joints"]}
+    done = CliRunner().invoke(export, ["--from", str(path), "--out", str(tmp_path / "x.fmu"), "--kind", "native"])
+    assert done.exit_code == 0
+    others = ", ".join(str(joint) for joint in range(6) if joint not in tested)
+    first = f"joints {others}: not identified, so that the device's first guesses stand there"
+    assert f"identification.json: {first}; --joints {min(tested)} packages an identified joint alone" in done.stderr

@@ -226,8 +226,8 @@ def test_advice_on_open_parameters_is_given_once():
         row[5] for row in glance_table([replace(STEP, fit=fit), other, STEP], Verification(runs=()), ()).rows[:3]
     )
     assert first.count("Ks: unidentifiable (not known from these runs alone). Use the combination") == 1
-    assert second == "Use the values and the FMU. Ks: unidentifiable, as for joint 4."
-    assert third == "Use the values and the FMU."
+    assert second == "Use the values. haptid export writes the FMU. Ks: unidentifiable, as for joint 4."
+    assert third == "Use the values. haptid export writes the FMU."
 
 
 @pytest.mark.parametrize(("home", "which"), [(True, "tests in the lock"), (False, "more tests in lock")])
@@ -622,8 +622,8 @@ def test_the_first_screen_has_a_line_for_each_joint(page):
         "joint", "verdict", "RMS, worst unseen run", "× noise", "worst unseen run", "what to do next", "files",
     ]  # fmt: skip
     assert table.rows[1:] == [
-        ["joint 4", "converged", "0.247 mrad", "1.03", "b.csv (validate)", "Use the values and the FMU.",
-         "identification.json"],
+        ["joint 4", "converged", "0.247 mrad", "1.03", "b.csv (validate)",
+         "Use the values. haptid export writes the FMU.", "identification.json"],
         ["joint 2", "above noise the model lacks something", "4.28 mrad", "23.7", "d.csv (validate)",
          "Run haptid missing on this joint.", "identification.json"],
         ["all joints", "unexplained more is left than the parameters leave open", "7.8 mrad (joint 4)", "26",
@@ -636,6 +636,7 @@ def test_each_joint_links_to_its_own_files_and_the_rest_to_the_device():
     data = {**DATA, "links": {}}
     page = render(whole_page, "An arm", (STEP,), [[]], (None,), data, Verification(runs=()), Beside(files=tuple(files)))
     (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.column("what to do next")[0] == "Use the values."
     assert table.column("files") == [
         "joint4.fmu joint4_native.fmu identification.json", "arm.fmu parameters.ssv identification.json",
     ]  # fmt: skip
