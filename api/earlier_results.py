@@ -9,10 +9,9 @@ from pathlib import Path
 from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.sequence.carried_fit import FILE
+from haptid.report.common.linked_pages import FINDINGS
 from haptid.support.errors import InputError
 
-FINDINGS = "discrepancy"
-"""Folder of findings below that of the identification."""
 WHOLE = "whole"
 """Name of the finding of a check of all joints."""
 NAME_OF_FINDING = re.compile(rf"joints?\d+|{WHOLE}")

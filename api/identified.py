@@ -31,6 +31,7 @@ from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.embedded import name_of
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.warning import warn
+from haptid.report.common.linked_pages import link_pages
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
 from haptid.report.identification.drawings import Drawings
@@ -488,5 +489,6 @@ def complete(identified: Identified, listener: Listener, drawings: Drawings, *, 
         beside = Beside(files=files, embedded=name_of(values.folder))
         page = identification_page(values.title, made.steps, drawn, made.data, made.verification, beside)
         write_page(folder / "report.html", page)
+        link_pages(folder)
     made.finish(folder)
     return exported

@@ -19,6 +19,7 @@ from haptid.identification.verification.result import Verification
 from haptid.identification.workers.chosen_workers import workers_of
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign as Values
+from haptid.report.common.linked_pages import link_pages
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
 from haptid.report.discrepancy.full_model_section import full_model_sections
@@ -459,3 +460,4 @@ def _write_page(result: Posteriors) -> None:
         files=[chains_file(Path(), one.joint).as_posix() for one in result.posteriors] + ["posterior.json"],
     )
     write_page(result.folder / "posterior.html", page)
+    link_pages(result.folder)

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.report.commands import report as main
+from haptid.report.common.linked_pages import FINDINGS
 from haptid.report.common.stored_page import FOLDER, SUFFIX, content_of, read_page
 from haptid.report.from_json.page import page_from_json
 from haptid.support.errors import InputError
@@ -64,14 +65,14 @@ def _write_plain(data: Path, page: Path, maker: str) -> None:
 
 def _stored_pages(results: Path) -> list[Path]:
     """Return the pages whose content is stored."""
-    contents = [path for folder in (results, results / "discrepancy") for path in (folder / FOLDER).glob(f"*{SUFFIX}")]
+    contents = [path for folder in (results, results / FINDINGS) for path in (folder / FOLDER).glob(f"*{SUFFIX}")]
     return [path.parent.parent / f"{path.name.removesuffix(SUFFIX)}.html" for path in sorted(contents)]
 
 
 def _made_by(results: Path) -> list[tuple[Path, Path, str]]:
     """Return each result that is there, its page, and the command that makes it."""
     made = [(results / data, results / page, maker) for data, (page, maker) in MAKERS.items()]
-    found = sorted((results / "discrepancy").glob("joint*.json"))
+    found = sorted((results / FINDINGS).glob("joint*.json"))
     # A stage alone, as in joint4_gap.json, has a picture and no page.
     made += [(data, data.with_suffix(".html"), "haptid missing") for data in found if "_" not in data.stem]
     return [one for one in made if one[0].is_file()]

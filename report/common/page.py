@@ -322,6 +322,8 @@ class Page:
         Provenance: command, seed, versions.
     glance
         Table of the first screen, one line for each joint; None where there is none.
+    others
+        Other pages of the same results: what each is called, and its address.
     """
 
     title: str
@@ -330,6 +332,7 @@ class Page:
     synthetic: bool | None
     footer: Sequence[str] = ()
     glance: Table | None = None
+    others: Sequence[tuple[str, str]] = ()
 
     @property
     def html(self) -> str:

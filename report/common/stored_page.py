@@ -104,6 +104,7 @@ def _page_from(data: dict[str, Any]) -> Page:
         synthetic=data["synthetic"],
         footer=data["footer"],
         glance=_table_from(data["glance"]) if data.get("glance") else None,
+        others=[(title, address) for title, address in data.get("others", ())],
     )
 
 
