@@ -77,6 +77,8 @@ class Thresholds:
     largest_std_over_prior_std: float = IDENTIFICATION.largest_std_over_prior_std
     """Posterior over prior standard deviation [1] above which the prior counts as what determines the parameter; fits
     judge by the same bound."""
+    largest_half_width_of_known: float = 0.5
+    """Half width of a 95 % interval over the median [1] up to which a parameter is told as known."""
     largest_distance_to_bound_over_reach: float = 0.03
     """Distance of the lower end of a 95 % interval from the lower bound, over that of the upper end [1], below which
     the parameter counts as at that bound (and likewise above): a density that is level down to the bound has

@@ -67,7 +67,14 @@ def _effects(finding: Finding) -> Table:
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
     ]
-    header = ("effect", "parameter", "value ± std", "95 % interval", "evidence", "named in bags of runs")
+    header = (
+        "effect",
+        "parameter",
+        "value ± std",
+        "95 % interval",
+        "evidence for it",
+        "named in bags of runs",
+    )
     return Table(header=header, rows=rows)
 
 
@@ -130,7 +137,7 @@ def _ranking(finding: Finding) -> list[Table]:
     ]
     return [
         Table(
-            header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
+            header=("effects", "gain in BIC", "evidence over the nominal model", "leaves only noise", "taken"),
             rows=list(dict.fromkeys(rows)),  # a model that two ways led to stands there once
             caption=f"Refitted with all parameters{_law_in_words(found)}, over the nominal model, which leaves noise "
             f"{_tell_tests(found.before)}",
@@ -393,7 +400,8 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""
     where = describe_regions(finding.regions, _prismatic(finding), joint)
     evidence = (
-        "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
+        "Evidence is twice the gain in log predictive score on runs that no fit saw: of a named effect over the best "
+        "model without it, here over the nominal model. BIC charges each parameter ln n."
     )
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"

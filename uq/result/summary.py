@@ -197,7 +197,11 @@ def _verdict(
         return f"{id} {_place_of(limit, unit)}: with 95 % it is {limit_words(limit, unit)}."
     if low < 0 < high:
         return f"{id} cannot be told from 0: its 95 % interval is {write_interval(low, high, 3)}."
-    return f"{id} is known to ±{percent((high - low) / 2 / abs(median))} (95 %)."
+    half_width = (high - low) / 2 / abs(median)
+    if half_width > THRESHOLDS.largest_half_width_of_known:
+        told = f"{write_interval(low, high, 3)} {'' if unit == '1' else unit}".rstrip()
+        return f"{id} is hardly known: its 95 % interval is {told}."
+    return f"{id} is known to ±{percent(half_width)} (95 %)."
 
 
 def _compare_to_prior(contraction: float) -> str:

@@ -117,7 +117,7 @@ def test_an_effect_has_its_value_its_error_its_interval_and_its_evidence(page):
     table = page.table("What is missing")
     assert table.row("cogging", "a") == {
         "effect": "cogging", "parameter": "a", "value ± std": "0.002345 ± 0.000067 N m",
-        "95 % interval": "0.002214 to 0.002476", "evidence": "146", "named in bags of runs": "94 %",
+        "95 % interval": "0.002214 to 0.002476", "evidence for it": "146", "named in bags of runs": "94 %",
     }  # fmt: skip
     row = table.row("cogging", "n")
     assert row["value ± std"] == "7.12 ± 0.13"
@@ -452,4 +452,4 @@ def test_a_large_evidence_is_told_with_three_digits():
     """16184308725 was told: twice the gain of log-likelihoods of thousands of rows by a sensor without noise."""
     effects = [replace(effect, evidence=16184308724.967838) for effect in JUDGEMENT.effects]
     page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, effects=effects)))
-    assert page.table("What is missing").row("cogging", "a")["evidence"] == "1.62e+10"
+    assert page.table("What is missing").row("cogging", "a")["evidence for it"] == "1.62e+10"

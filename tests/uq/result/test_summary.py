@@ -76,6 +76,15 @@ def test_what_the_data_determine_has_its_width():
     assert found.verdict.startswith("Ks is known to ±2 % (95 %)") or found.verdict.startswith("Ks is known to ±1.9")
 
 
+def test_what_the_data_hardly_determine_has_its_interval():
+    """An interval from a third to the threefold was "known to ±184 %"."""
+    found = summary_of(0.03 * np.exp(0.5 * RNG.standard_normal(4000)), replace(FLAT, lower=1e-6))
+    ends = found.intervals[0.95]
+    assert ends == pytest.approx(0.03 * np.exp(0.5 * np.array([-1.96, 1.96])), rel=0.15)
+    told = " to ".join(f"{end:.3g}" for end in ends)
+    assert found.verdict == f"Ks is hardly known: its 95 % interval is {told} N m/rad."
+
+
 def short(*, reached: bool) -> SimpleNamespace:
     return SimpleNamespace(reached=reached)
 
