@@ -187,7 +187,9 @@ def _range(quantity: Quantity, found: Guess) -> dict[str, object]:
         factor = THRESHOLDS.bounds_over_guess
         return possible_guess(id, value, value / factor, value * factor)
     if id.startswith("gravity"):
-        return _within(id, value, -2.0 * found.torque, 2.0 * found.torque)
+        # A drive swings a load that it cannot hold: then the stiffness, of gravity or of a spring, tells its size.
+        size = max(found.torque, *(abs(found.values[other]) for other in ("Ks", "gravity_cos", "gravity_sin")))
+        return _within(id, value, -2.0 * size, 2.0 * size)
     if id == "Ks":
         return _within(id, value, 0.0, max(10.0 * value, 4.0 * found.torque / found.travel))
     reach = 2.0 * found.travel

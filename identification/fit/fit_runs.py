@@ -20,6 +20,7 @@ error of the inner step shows beside the noise, it is repeated at a finer one (`
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -204,7 +205,13 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
     NumericalError
         Where no start gave a finite simulation.
     """
-    options = options or FitOptions()
+    begun = time.perf_counter()
+    made = _choose_fit(test, options or FitOptions(), workers)
+    return replace(made, fit=made.fit.but(wall_s=time.perf_counter() - begun))
+
+
+def _choose_fit(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
+    """Fit as the runs allow, and take the plain model where it is better."""
     if test.guessed:
         # Least squares have found the basin; starts around it would each run for as long as the first.
         options = options.but(starts=min(options.starts, THRESHOLDS.most_starts_beside_plain_guess))

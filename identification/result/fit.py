@@ -174,8 +174,8 @@ class Fit:
     correlation_time
         Integrated autocorrelation time of the residuals, in rows; 1 is white.
     simulations, wall_s
-        Number of simulated runs, and duration [s] of the fit from all its starts, with scores and covariance. Compiling
-        the simulator, fits with other residuals and the plain model before it, FMUs and pages are not counted.
+        Number of simulated runs of this fit alone, and duration [s] of all fits of the joint, those that it replaced
+        too, with scores, covariance and comparisons. Compiling the simulator, FMUs and pages are not counted.
     statuses
         ``identified``, ``unidentifiable``, ``prior``, ``at_bound`` or ``fixed`` by id.
     combinations

@@ -66,6 +66,21 @@ def test_wide_motion_tells_gravity_from_the_spring():
     assert values["inertia"] == pytest.approx(0.02, rel=0.2)
 
 
+@pytest.mark.parametrize("travel", [0.4, 1.6])
+def test_gravity_of_a_pendulum_that_its_motor_cannot_hold_lies_within_its_range(travel: float):
+    """A motor swings more than it lifts: a range of twice its torque ended below the gravity, and a spring stood in."""
+    run, t = runs()[0], np.arange(4000) * 0.005
+    inertia, gravity = 0.0125, 0.35
+    rate = np.sqrt(gravity / inertia)  # near its resonance a pendulum needs little torque
+    q = 0.45 * travel * np.sin(1.05 * rate * t) + 0.05 * travel * np.sin(0.4 * rate * t)
+    v, a = np.gradient(q, t), np.gradient(np.gradient(q, t), t)
+    torque = inertia * a + gravity * np.sin(q) + 1e-3 * v + 1e-3 * np.sign(v)
+    swung = run.but(t=t, y=q[:, None], u=torque[:, None])
+    made = guess(joint_equations(0), [swung], given={}).parameter("gravity_sin")
+    assert float(np.abs(torque[50:-50]).max()) < gravity / 2
+    assert made.lower < gravity < made.upper
+
+
 def test_single_joint_takes_guesses_from_data_and_campaign():
     made = equations_for(campaign(Ks={"initial": 0.5, "lower": 0.1, "upper": 0.9}), None, (4,))
     assert made.parameter("Ks").initial == 0.5
