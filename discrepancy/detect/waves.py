@@ -89,8 +89,9 @@ def find_waves(q: Array, signals: Array, *, beyond: float) -> tuple[float, ...]:
         # Padding to four times the length shows a peak that lies between two waves of the travel.
         power = np.abs(np.fft.rfft(mean, 4 * bins)) ** 2
         number: Array = 2.0 * np.pi / span * np.arange(power.size, dtype=np.float64) / 4.0
-        inside = (number > beyond) & (number <= 0.5 * np.pi * bins / span)
-        peaks += _peaks(number[inside], power[inside])
+        # From one wave over the travel on: of a range that begins beside a peak, the peak itself would be the level.
+        inside = (number >= 2.0 * np.pi / span) & (number <= 0.5 * np.pi * bins / span)
+        peaks += [peak for peak in _peaks(number[inside], power[inside]) if peak[1] > beyond]
     peaks.sort(key=lambda peak: -peak[0])
     return tuple(n for _, n in peaks)
 

@@ -73,6 +73,17 @@ def test_nothing_is_asked_where_no_effect_has_waves_and_few_rows_show_none() -> 
     assert find_waves(np.zeros(0), np.zeros((0, 2)), beyond=1.0) == ()
 
 
+@pytest.mark.parametrize("beyond", [20.0, 78.5, 100.0])
+def test_a_wave_is_found_wherever_the_grid_ends(beyond: float) -> None:
+    """Of a short travel the peak is wide: of a range that began beside it, the peak was taken for the level of noise."""
+    rng = np.random.default_rng(2)
+    q = 0.18 * np.sin(np.linspace(0.0, 400.0, 12000)) * np.linspace(0.4, 1.0, 12000)
+    teeth = sum(a * np.sin(h * 119.0 * q + 0.8) for h, a in ((1, 1.6), (2, 0.3), (3, 0.25)))
+    signal = (1.0 + 0.5 * np.sin(32.0 * q)) * teeth + 0.2 * rng.standard_normal(q.size)
+    assert find_waves(q, signal[:, None], beyond=beyond)[0] == pytest.approx(119.0, rel=0.03)
+    assert find_waves(q, rng.standard_normal((q.size, 1)), beyond=beyond) == ()
+
+
 @pytest.mark.long
 def test_the_ripple_is_named_by_its_number(tmp_path: Path) -> None:
     found = search(recorded(tmp_path / "c", 5e-4), starts=2)
