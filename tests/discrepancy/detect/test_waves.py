@@ -75,7 +75,7 @@ def test_nothing_is_asked_where_no_effect_has_waves_and_few_rows_show_none() -> 
 
 @pytest.mark.parametrize("beyond", [20.0, 78.5, 100.0])
 def test_a_wave_is_found_wherever_the_grid_ends(beyond: float) -> None:
-    """Of a short travel the peak is wide: of a range that began beside it, the peak was taken for the level of noise."""
+    """Of a short travel the peak is wide: of a range that began beside it, it was taken for the level of noise."""
     rng = np.random.default_rng(2)
     q = 0.18 * np.sin(np.linspace(0.0, 400.0, 12000)) * np.linspace(0.4, 1.0, 12000)
     teeth = sum(a * np.sin(h * 119.0 * q + 0.8) for h, a in ((1, 1.6), (2, 0.3), (3, 0.25)))
