@@ -102,7 +102,7 @@ def score_catalogue(
     catalogue = offered(study.in_si(plain.values), resonant)
     if study.alone:  # of several joints the torque of each holds the others' motion
         catalogue = with_waves(catalogue, lambda: residual_over_position(study.fitted))
-    effects = list(catalogue.values())
+    effects = [e for e in catalogue.values() if not e.series_of]
 
     def count(done: int) -> None:
         tell("signatures of the catalogue", done, len(effects))

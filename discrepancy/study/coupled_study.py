@@ -271,7 +271,9 @@ def coupled_study_of(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
         unseen=unseen, sealed=sealed, base=base, known=known,
         catalogue={
-            key: e for key, e in catalogue.items() if e.random or not (of_the_test_alone(e) or e.torque_only)
+            key: e
+            for key, e in catalogue.items()
+            if e.random or not (of_the_test_alone(e) or e.torque_only or e.series_of)
         },
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip

@@ -112,6 +112,9 @@ class Effect:
     torque_only
         Whether the effect is searched for in torques only: a family of many amplitudes needs a residual in which they
         are linear.
+    series_of
+        Key of the single wave of which the effect is a series of harmonics. A search in positions offers it in the
+        place of that wave alone: so many amplitudes fit anything where nothing is named yet.
     again
         Whether the form is offered only beside another one of the same id, as what a machine may have twice.
     resonant_only
@@ -151,6 +154,7 @@ class Effect:
     edge: str = ""
     edges: tuple[float, ...] = ()
     torque_only: bool = False
+    series_of: str = ""
     again: bool = False
     resonant_only: bool = False
     joint: int | None = None

@@ -7,8 +7,8 @@ is forgotten after 1/L. So the catalogue can be scored there by linear least squ
 1. Fit the nominal model under falling gains, down to the one at which effects are distinguishable, or to the next where
    the observer hides what is missing, and simulate the signatures of the catalogue there (`begin_under_observer`).
 2. Score the catalogue on the residual, begin refits of the effects of the best scores under that gain with everything
-   else, and finish the most promising. Take the best one, leave out what has become unnecessary, and repeat until no
-   effect takes a share of the residual (`follow_leads`).
+   else, and finish the most promising. Take the best one, leave out what has become unnecessary, put harmonics in the
+   place of a wave that they improve, and repeat until no effect takes a share of the residual (`follow_leads`).
 3. Release the observer (`release_leads`).
 """
 
@@ -146,7 +146,7 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
         lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
         s.simulations += (lower.reached.calls - start.fit.reached.calls) * len(study.fitted)
         start = replace(start, fit=lower)
-    effects = list(s.catalogue.values())
+    effects = [e for e in s.catalogue.values() if not e.series_of]
 
     def count(done: int) -> None:
         s.tell("signatures under the observer", done, len(effects))
@@ -192,7 +192,7 @@ def follow_leads(
         made = extend_lead(s, at, before) if made is None else made
         if not made or not _takes_a_share(made[0], before, at):
             break
-        now = _without_unneeded(s, at, made[0])
+        now = _with_harmonics(s, at, _without_unneeded(s, at, made[0]))
         rounds.append([now, *(lead for lead in made[1:] if _comes_near(lead, made[0], rows))])
         first, before, made = not before.effects, now, None
         s.tell(f"{now.name} under the observer", figures=f"{now.over_noise(rows):.3g} times the noise is left")
@@ -323,6 +323,19 @@ def _without_unneeded(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:
         fewer = fit_lead(s, at.study, others, lead.fit.values, at.gains)
         if not _takes_a_share(lead, fewer, at):
             lead = fewer
+    return lead
+
+
+def _with_harmonics(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:
+    """Put a series of harmonics in the place of its wave, where the series takes a share of what the wave leaves."""
+    for wave in lead.effects:
+        for series in (e for e in s.catalogue.values() if e.series_of == wave.key):
+            others = tuple(e for e in lead.effects if e.id != wave.id)
+            own = {x.id for x in series.parameters}
+            first = {id if id in own else f"{id}_1": lead.fit.values[id] for id in (x.id for x in wave.parameters)}
+            wider = fit_lead(s, at.study, (*others, series), lead.fit.values | first, at.gains)
+            if _takes_a_share(wider, lead, at):
+                lead = wider
     return lead
 
 

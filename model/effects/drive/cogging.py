@@ -44,7 +44,7 @@ EFFECTS = (
         shapes=(("cogging_number", WHOLE),),
         relative={x.id: TORQUE for x in FAMILY} | {"cogging_number": 1 / POSITION},
         torque=-series("cogging", HARMONICS),
-        torque_only=True,
+        series_of="cogging",
     ),
     _effect(
         variant="second",

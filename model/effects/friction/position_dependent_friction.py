@@ -45,7 +45,7 @@ EFFECTS = (
         relative={"friction_wave_number": 1 / POSITION},
         shapes=(("friction_wave_number", WHOLE),),
         coulomb_level=1 + series("friction_wave", HARMONICS),
-        torque_only=True,
+        series_of="position_dependent_friction:wave",
     ),
     _effect(
         variant="slope",

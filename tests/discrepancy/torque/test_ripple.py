@@ -89,5 +89,15 @@ def test_teeth_and_poles_are_two_waves_under_one_name():
 
 def test_a_family_is_no_entry_of_a_search_in_positions():
     families = [key for key, effect in catalogue().items() if effect.torque_only]
-    assert families == ["cogging:harmonics", "cogging:second", "position_dependent_friction:harmonics"]
+    assert families == ["cogging:second"]
     assert not set(families) & set(usable(catalogue(), law_named("lugre")))
+
+
+def test_a_series_of_harmonics_stands_in_the_place_of_its_wave():
+    series = {key: effect for key, effect in catalogue().items() if effect.series_of}
+    assert list(series) == ["cogging:harmonics", "position_dependent_friction:harmonics"]
+    for effect in series.values():
+        wave = catalogue()[effect.series_of]
+        own = {x.id for x in effect.parameters}
+        assert wave.id == effect.id
+        assert {x.id if x.id in own else f"{x.id}_1" for x in wave.parameters} <= own

@@ -132,7 +132,7 @@ def test_the_gain_is_lower_where_the_observer_hides_what_is_missing(
     assert s.simulations == 2 * (gains - 3)
 
 
-TOLD: Any = SimpleNamespace(tell=ignore_progress)
+TOLD: Any = SimpleNamespace(tell=ignore_progress, catalogue={})
 
 
 def test_no_effect_is_added_where_less_than_the_stated_noise_is_left():
