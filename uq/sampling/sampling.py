@@ -302,12 +302,14 @@ def fit_proposal(chunks: Sequence[Chunk]) -> Proposal:
     -------
     Proposal
         With mean and covariance of the draws. Draws that the posterior does not reach (`lowest_reached`) are left out:
-        walkers far from the mode would widen the proposal.
+        walkers far from the mode would widen the proposal. All are taken where hardly a walker has reached the mode.
     """
     half = [slice(c.chain.shape[0] // 2, None) for c in chunks]
     draws = np.concatenate([c.chain[h].reshape(-1, c.chain.shape[-1]) for c, h in zip(chunks, half, strict=True)])
     log_prob = np.concatenate([c.log_prob[h].ravel() for c, h in zip(chunks, half, strict=True)])
     kept = draws[log_prob >= lowest_reached(float(np.max(log_prob)), draws.shape[1])]
+    if len(np.unique(kept, axis=0)) <= draws.shape[1]:
+        kept = draws  # so few points span no covariance: independent draws would all be one point
     return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
 
 

@@ -9,9 +9,10 @@ import pytest
 from haptid.identification.workers.workers import Here
 from haptid.uq.sampling import chunk
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
+from haptid.uq.sampling.chunk import Chunk
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.moves import MOVES
-from haptid.uq.sampling.sampling import SamplingOptions, sample
+from haptid.uq.sampling.sampling import SamplingOptions, fit_proposal, sample
 from tests.uq.toys import COVARIANCE, MEAN, start, start_in_corner
 
 SHORT = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, seed=3)
@@ -144,3 +145,16 @@ def test_ctrl_c_keeps_the_chunks_of_the_ensembles_that_are_through(tmp_path):
         sample(start(), SHORT, folder=tmp_path, workers=_StoppedAt(calls=5, task=3))
     assert [path.name for path in sorted(tmp_path.glob("main_*_00001.h5"))] == [f"main_{e}_00001.h5" for e in range(3)]
     np.testing.assert_array_equal(sample(start(), SHORT, folder=tmp_path).chain, whole.chain)
+
+
+def test_a_lone_walker_at_the_mode_makes_no_proposal_of_one_point():
+    """All walkers took the same independent draw then, and a step along their difference had no direction."""
+    rng = np.random.default_rng(0)
+    chain, log_prob = rng.standard_normal((40, 8, 3)), np.full((40, 8), -1e4)
+    chain[:, 2], log_prob[:, 2] = 0.5, 0.0
+    proposal = fit_proposal([Chunk(chain=chain, log_prob=log_prob, accepted=np.zeros(8))])
+    drawn = proposal.draw(np.random.RandomState(0), 50)
+    assert np.ptp(drawn, axis=0).min() > 0.5
+    log_prob[:, :6] = 0.0
+    reached = fit_proposal([Chunk(chain=chain, log_prob=log_prob, accepted=np.zeros(8))])
+    assert reached.mean == pytest.approx(chain[20:, :6].reshape(-1, 3).mean(axis=0))
