@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
 from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.sequence.carried_fit import FILE
-from haptid.report.common.linked_pages import FINDINGS
+from haptid.report.common.linked_pages import FINDINGS, NAME_OF_FINDING
 from haptid.support.errors import InputError
-
-WHOLE = "whole"
-"""Name of the finding of a check of all joints."""
-NAME_OF_FINDING = re.compile(rf"joints?\d+|{WHOLE}")
-"""Names of findings; a stage alone, as ``joint3_gap``, is none."""
 
 
 def findings_below(folder: Path) -> dict[str, Path]:
@@ -33,6 +27,23 @@ def findings_below(folder: Path) -> dict[str, Path]:
     """
     files = sorted((folder / FINDINGS).glob("*.json"))
     return {path.stem: path for path in files if NAME_OF_FINDING.fullmatch(path.stem)}
+
+
+def later_results(folder: Path) -> tuple[str, ...]:
+    """Return the posteriors and findings that lie beside an identification.
+
+    Parameters
+    ----------
+    folder
+        Folder of the identification.
+
+    Returns
+    -------
+    tuple of str
+        Their paths below the folder.
+    """
+    files = (folder / POSTERIOR, *findings_below(folder).values())
+    return tuple(path.relative_to(folder).as_posix() for path in files if path.is_file())
 
 
 def of_other_data(folder: Path, title: str, digests: Mapping[tuple[int, ...], frozenset[str]]) -> tuple[str, ...]:
@@ -59,7 +70,4 @@ def of_other_data(folder: Path, title: str, digests: Mapping[tuple[int, ...], fr
         return ()
     fitted = ((tuple(entry["free_joints"]), entry.get("data")) for entry in there["configurations"])
     changed = any(joints in digests and digest not in digests[joints] for joints, digest in fitted)
-    if not changed and there["campaign"] == title:
-        return ()
-    files = (folder / POSTERIOR, *findings_below(folder).values())
-    return tuple(path.relative_to(folder).as_posix() for path in files if path.is_file())
+    return later_results(folder) if changed or there["campaign"] != title else ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from haptid.api.earlier_results import of_other_data
+from haptid.api.earlier_results import later_results, of_other_data
 from haptid.api.identified import Identified
 from haptid.api.place import Place
 from haptid.fmu_build.building.packaging import Kind
@@ -83,6 +83,8 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
 
 def _tell_other_data(job: Job, listener: Listener) -> None:
     """Tell of posteriors and findings in the folder that are not of what is identified now: nothing removes them."""
+    if not later_results(job.out):
+        return  # a digest reads every row of the campaign
     digests: dict[tuple[int, ...], set[str]] = {}
     for one in job.configurations:
         digests.setdefault(one.free_joints, set()).add(data_digest(job.campaign, job.device, one))

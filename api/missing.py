@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
-from haptid.api.earlier_results import WHOLE, findings_below
+from haptid.api.earlier_results import findings_below
 from haptid.api.place import Place, lock_place, word_origin
 from haptid.api.shown import axes_or_new, html_of
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
@@ -25,7 +25,7 @@ from haptid.discrepancy.job.search import (
 from haptid.discrepancy.job.summary import tell_finding
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.linked_pages import FINDINGS, link_pages
+from haptid.report.common.linked_pages import FINDINGS, WHOLE, link_pages
 from haptid.report.common.page import Page
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style

@@ -64,6 +64,29 @@ def write_interval(low: float, high: float, digits: int) -> str:
     return " to ".join(ends)
 
 
+def with_unit(number: str, unit: str) -> str:
+    """Write the unit behind a number, an interval or a sum; none behind a quantity without one.
+
+    Parameters
+    ----------
+    number
+        Number in words.
+    unit
+        Its unit; ``1`` where it has none.
+
+    Returns
+    -------
+    str
+        As ``0.1 N m``.
+
+    Examples
+    --------
+    >>> with_unit("0.1 to 0.2", "N m"), with_unit("3", "1")
+    ('0.1 to 0.2 N m', '3')
+    """
+    return number if unit == "1" else f"{number} {unit}"
+
+
 def read_number(text: str) -> float:
     """Read a number, or a product of numbers, as users write the angle of an encoder count.
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from docs.parts.tables import table
+from haptid.support.numbers import with_unit
 
 MARKS = {True: "yes", False: "no", None: "-"}
 NONE = "no result"
@@ -93,7 +94,7 @@ def _value(value: float | Sequence[str] | None, unit: str, *, none: str = NONE) 
     if value is None:
         return none
     if isinstance(value, float):
-        return f"{value:.3g}" if unit == "1" else f"{value:.3g} {unit}"
+        return with_unit(f"{value:.3g}", unit)
     return ", ".join(value) or "none"
 
 

@@ -8,7 +8,7 @@ at once. Effects whose grid holds amplitudes (a dead band, a time constant) are 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -177,6 +177,22 @@ def _start(simulator: TwoStep, solution: Solution, run: Run, x0: Array) -> Array
 def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float]) -> list[float]:
     known = solution.values | extra
     return [known.get(q.id, q.initial) for q in simulator.equations.parameters]
+
+
+def scored_alone(catalogue: Mapping[str, Effect]) -> list[Effect]:
+    """Return the effects that a search in positions scores; a series is tried in the place of its wave alone.
+
+    Parameters
+    ----------
+    catalogue
+        Effects by key.
+
+    Returns
+    -------
+    list of Effect
+        Those without `Effect.series_of`, in their order.
+    """
+    return [effect for effect in catalogue.values() if not effect.series_of]
 
 
 def signatures(

@@ -11,7 +11,7 @@ from haptid.discrepancy.candidate.trial import Trial
 from haptid.discrepancy.detect.inner_step import at_needed_step, step_for
 from haptid.discrepancy.detect.rigid_residual import residual_over_position
 from haptid.discrepancy.detect.score_tests import Scan, scan
-from haptid.discrepancy.detect.signatures import Signatures, signatures
+from haptid.discrepancy.detect.signatures import Signatures, scored_alone, signatures
 from haptid.discrepancy.detect.waves import with_waves
 from haptid.discrepancy.fit.nominal_fit import NominalFit, at_own_step, fit_nominal, with_stiffer_presliding
 from haptid.discrepancy.fit.solution import Solution, solve
@@ -102,7 +102,7 @@ def score_catalogue(
     catalogue = offered(study.in_si(plain.values), resonant)
     if study.alone:  # of several joints the torque of each holds the others' motion
         catalogue = with_waves(catalogue, lambda: residual_over_position(study.fitted))
-    effects = [e for e in catalogue.values() if not e.series_of]
+    effects = scored_alone(catalogue)
 
     def count(done: int) -> None:
         tell("signatures of the catalogue", done, len(effects))

@@ -15,6 +15,7 @@ from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.signals.noise import contrasts, robust_std
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
 
 UNLIMITED = Limits()
 GIVES_WORK = (
@@ -43,10 +44,10 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
     list of str
         One sentence each, with the remedy; empty where nothing looks like a slip.
     """
-    position, torque = ("m", "N") if run.prismatic[column] else ("rad", "N m")
+    slides = (run.prismatic[column],)
     marks = (
-        _missing_marked(run.t, run.y[:, column], "position", position),
-        _missing_marked(run.t, run.u[:, column], "torque", torque),
+        _missing_marked(run.t, run.y[:, column], "position", unit_for("rad", slides)),
+        _missing_marked(run.t, run.u[:, column], "torque", unit_for("N m", slides)),
     )
     if any(marks):
         return [remark for remark in marks if remark]  # a number that is no reading makes travel and noise meaningless
@@ -119,7 +120,7 @@ def _milliseconds(run: Run) -> str:
 
 
 def _thousandths(run: Run, column: int, limit: float) -> str:
-    most, unit = float(np.abs(run.u[:, column]).max()), "N" if run.prismatic[column] else "N m"
+    most, unit = float(np.abs(run.u[:, column]).max()), unit_for("N m", (run.prismatic[column],))
     if most <= THRESHOLDS.largest_torque_over_limit * limit:
         return ""
     return f"up to {most:.3g} {unit}, the device's limit is {limit:.3g}: in m{unit}? then multiply by 0.001"

@@ -17,7 +17,11 @@ from haptid.support.errors import InputError
 TOP = {"report": "identification", "posterior": "posterior", "locking_plan": "locking plan"}
 """What a page at the top is called in a link, by the stem of its file."""
 FINDINGS = "discrepancy"
-"""Folder of the pages of findings."""
+"""Folder of findings and their pages."""
+WHOLE = "whole"
+"""Name of the finding of a check of all joints."""
+NAME_OF_FINDING = re.compile(rf"joints?(\d+)|{WHOLE}")
+"""Names of findings; a stage alone, as ``joint3_gap``, is none. The group holds the numbers of the joints."""
 
 
 def link_pages(folder: Path) -> list[Path]:
@@ -69,7 +73,9 @@ def _href(path: Path, folder: Path) -> str:
 
 def _title_of_finding(path: Path) -> str:
     """Return what a finding is called in a link: ``missing in joint 4``, or in joints 0, 1."""
-    number = re.fullmatch(r"joints?(\d+)", path.stem)
-    if number is None:
-        return "missing in the whole device" if path.stem == "whole" else f"missing: {path.stem}"
-    return f"missing in joint{'s' if path.stem.startswith('joints') else ''} {', '.join(number[1])}"
+    name = NAME_OF_FINDING.fullmatch(path.stem)
+    if name is None:
+        return f"missing: {path.stem}"
+    if name[1] is None:
+        return "missing in the whole device"
+    return f"missing in joint{'s' if path.stem.startswith('joints') else ''} {', '.join(name[1])}"

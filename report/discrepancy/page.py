@@ -29,7 +29,7 @@ from haptid.report.discrepancy.motion_pictures import before_after_pictures
 from haptid.report.discrepancy.unnamed_section import unnamed_section
 from haptid.report.discrepancy.where_pictures import localisation_picture
 from haptid.support.linear_algebra import largest_magnitude
-from haptid.support.numbers import choose_unit, plain, times
+from haptid.support.numbers import choose_unit, plain, times, with_unit
 
 LARGEST_ERROR_OF_KNOWN = 0.5
 """Largest standard error over the value [1] at which a parameter counts as known, as the statuses of a fit have it."""
@@ -61,20 +61,13 @@ def _cycles(finding: Finding) -> list[Picture]:
 def _effects(finding: Finding) -> Table:
     rows = [
         (
-            *(e.id, id, _with_unit(with_error(x.value, x.std), x.unit)),
+            *(e.id, id, with_unit(with_error(x.value, x.std), x.unit)),
             *(_ends(x), write_gain(e.evidence), write_share(finding.stability, e.key)),
         )
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
     ]
-    header = (
-        "effect",
-        "parameter",
-        "value ± std",
-        "95 % interval",
-        "evidence for it",
-        "named in bags of runs",
-    )
+    header = ("effect", "parameter", "value ± std", "95 % interval", "evidence for it", "named in bags of runs")
     return Table(header=header, rows=rows)
 
 
@@ -115,10 +108,6 @@ def write_share(stability: Mapping[str, float], key: str) -> str:
 
 def _ends(estimate: Estimate) -> str:
     return " to ".join(round_to_error(end, estimate.std) for end in estimate.interval)
-
-
-def _with_unit(number: str, unit: str) -> str:
-    return number if unit == "1" else f"{number} {unit}"
 
 
 def _ranking(finding: Finding) -> list[Table]:
@@ -305,7 +294,7 @@ def _write_flipped(score: Score) -> str:
 
 
 def _detectable(finding: Finding) -> Section:
-    rows = [(d.key, d.parameter, _with_unit(f"{d.size:.2g}", d.unit)) for d in finding.search.scan.detectable]
+    rows = [(d.key, d.parameter, with_unit(f"{d.size:.2g}", d.unit)) for d in finding.search.scan.detectable]
     none = finding.judgement.verdict == "nothing_missing"
     return Section(
         title="How small an effect would have been seen", anchor="detectable", folded=not none,

@@ -12,7 +12,7 @@ import numpy as np
 
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import MODEL_DOES_NOT_FIT, Outcome
-from haptid.support.numbers import plain
+from haptid.support.numbers import plain, with_unit
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
 
@@ -41,8 +41,8 @@ def word_disagreement(fit: Fit, parameters: Sequence[ParameterSummary]) -> str:
             continue
         value, error = values[one.id], float(std[fit.index(one.id)])
         if abs(one.mean - value) > THRESHOLDS.largest_distance_from_fit_in_std * float(np.hypot(one.std, error)):
-            unit = "" if one.unit == "1" else f" {one.unit}"
-            here, there = f"{one.mean:.3g} ± {one.std:.2g}{unit}", f"{value:.3g} ± {error:.2g}"
+            here = with_unit(f"{one.mean:.3g} ± {one.std:.2g}", one.unit)
+            there = f"{value:.3g} ± {error:.2g}"
             found.append(f"{one.id} is {here} here and {there} there")
     if not found:
         return ""

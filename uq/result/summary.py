@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from haptid.measurement.values.run import Array
-from haptid.support.numbers import write_interval
+from haptid.support.numbers import with_unit, write_interval
 from haptid.uq.density.coordinates import Coordinates, prior_words
 from haptid.uq.result.arviz_door import Diagnostics, diagnose
 from haptid.uq.sampling.sampling import Sample
@@ -199,8 +199,7 @@ def _verdict(
         return f"{id} cannot be told from 0: its 95 % interval is {write_interval(low, high, 3)}."
     half_width = (high - low) / 2 / abs(median)
     if half_width > THRESHOLDS.largest_half_width_of_known:
-        told = f"{write_interval(low, high, 3)} {'' if unit == '1' else unit}".rstrip()
-        return f"{id} is hardly known: its 95 % interval is {told}."
+        return f"{id} is hardly known: its 95 % interval is {with_unit(write_interval(low, high, 3), unit)}."
     return f"{id} is known to ±{percent(half_width)} (95 %)."
 
 
@@ -215,7 +214,7 @@ def _place_of(limit: Limit, unit: str) -> str:
     if limit.bound == 0:
         return "cannot be told from 0"
     side = "lower" if limit.side == "below" else "upper"
-    return f"lies at its {side} bound of {_with_unit(limit.bound, unit)}"
+    return f"lies at its {side} bound of {with_unit(f'{limit.bound:.2g}', unit)}"
 
 
 def limit_words(limit: Limit, unit: str) -> str:
@@ -233,11 +232,7 @@ def limit_words(limit: Limit, unit: str) -> str:
     str
         Side, and the value with two digits and its unit.
     """
-    return f"{limit.side} {_with_unit(limit.value, unit)}"
-
-
-def _with_unit(value: float, unit: str) -> str:
-    return f"{value:.2g}" if unit == "1" else f"{value:.2g} {unit}"
+    return f"{limit.side} {with_unit(f'{limit.value:.2g}', unit)}"
 
 
 def _scatter_verdict(id: str, unit: str, median: float, interval: tuple[float, float]) -> str:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 from haptid.discrepancy.candidate.starts import start_values
 from haptid.discrepancy.detect.score_tests import Score, scan
-from haptid.discrepancy.detect.signatures import Signatures, signatures
+from haptid.discrepancy.detect.signatures import Signatures, scored_alone, signatures
 from haptid.discrepancy.fit.homotopy import Guided, start_holding_last_shape
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.trials.preliminary_fits import release_fits
@@ -146,7 +146,7 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
         lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
         s.simulations += (lower.reached.calls - start.fit.reached.calls) * len(study.fitted)
         start = replace(start, fit=lower)
-    effects = [e for e in s.catalogue.values() if not e.series_of]
+    effects = scored_alone(s.catalogue)
 
     def count(done: int) -> None:
         s.tell("signatures under the observer", done, len(effects))
@@ -332,7 +332,7 @@ def _with_harmonics(s: Searcher, at: UnderObserver, lead: Lead) -> Lead:
         for series in (e for e in s.catalogue.values() if e.series_of == wave.key):
             others = tuple(e for e in lead.effects if e.id != wave.id)
             own = {x.id for x in series.parameters}
-            first = {id if id in own else f"{id}_1": lead.fit.values[id] for id in (x.id for x in wave.parameters)}
+            first = {x.id if x.id in own else f"{x.id}_1": lead.fit.values[x.id] for x in wave.parameters}
             wider = fit_lead(s, at.study, (*others, series), lead.fit.values | first, at.gains)
             if _takes_a_share(wider, lead, at):
                 lead = wider
