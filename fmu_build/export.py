@@ -21,6 +21,7 @@ from haptid.fmu_build.exchange.identification_check import (
     check_for_device,
     check_orders,
     impossible_links,
+    tell_first_guesses,
 )
 from haptid.fmu_build.exchange.identification_json import (
     drive_of,
@@ -357,15 +358,10 @@ def package_result(  # noqa: PLR0913 # one argument an option
     return Packaged(fmu=fmu, taken=taken, warnings=warnings)
 
 
-def _first_guesses(data: Mapping[str, Any], machine: Device) -> tuple[str, ...]:
-    """Tell of joints that no test had free, whose friction and springs are the device's first guesses."""
-    tested = {joint for entry in data["configurations"] for joint in entry["free_joints"]}
-    guessed = [joint for joint in range(len(machine.joints)) if joint not in tested]
-    if not guessed:
-        return ()
-    names, plural = ", ".join(map(str, guessed)), "s" if len(guessed) > 1 else ""
+def _first_guesses(data: Mapping[str, Any], machine: Device) -> Iterator[str]:
+    tested = [joint for entry in data["configurations"] for joint in entry["free_joints"]]
     one = f"; --joints {min(tested)} packages an identified joint alone" if tested else ""
-    return (f"joint{plural} {names}: not identified, so that the device's first guesses stand there{one}",)
+    yield from (f"{sentence}{one}" for sentence in tell_first_guesses(data, machine))
 
 
 def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
@@ -449,6 +445,8 @@ def _export_bodies(
 ) -> dict[str, Any]:
     machine = multibody_of_result(source, device, start)
     written = write_multibody(machine, out, form, friction)
+    for sentence in machine.guessed:
+        click.echo(f"warning: {source}: {sentence}", err=True)
     click.echo(f"{out}: {machine.title}; {form.upper()}, {out.stat().st_size / 1024:.0f} kB")
     for sentence in written.losses:
         click.echo(f"not carried: {sentence}")

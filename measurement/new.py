@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +31,7 @@ from haptid.measurement.making.prepared import (
     map_currents,
     prepare_tables,
 )
+from haptid.measurement.making.stated_rate import with_time_of_rate
 from haptid.measurement.making.times import assume_seconds, with_seconds
 from haptid.measurement.making.users_places import name_users_places
 from haptid.measurement.making.writing import refuse_overwrite, write_table
@@ -209,7 +210,7 @@ def _ask_check(campaign: Campaign, renamed: tuple[str, str]) -> tuple[str, list[
     return "", [shorten(one_line(remark.replace(*renamed)), LONGEST) for remark in remarks]
 
 
-def _tables(folder: Path, stated: Collection[str]) -> tuple[list[Table], list[str]]:
+def _tables(folder: Path, stated: Mapping[str, Target]) -> tuple[list[Table], list[str]]:
     """Return the tables, a line on each that has another layout than the campaign format, and one on files beside."""
     if is_file(folder):
         todo = f"name its folder, as in {word_command('init', 'measurement.new')} {folder.parent}"
@@ -243,10 +244,11 @@ def _lines_on_left(names: list[str]) -> list[str]:
     return [f"{told}; if other runs, make a campaign of them in a folder of their own"] if names else []
 
 
-def _read_further(table: Table, layout: str, stated: Collection[str]) -> tuple[Table, str]:
+def _read_further(table: Table, layout: str, stated: Mapping[str, Target]) -> tuple[Table, str]:
     refuse_thousands(table)
     table, dates = with_seconds(table, stated)
-    return table, ", ".join(words for words in (layout, dates) if words)
+    table, counted = with_time_of_rate(table, stated)
+    return table, ", ".join(words for words in (layout, dates, counted) if words)
 
 
 def _assume_seconds(tables: list[Table], stated: dict[str, Target]) -> tuple[list[Table], list[str]]:

@@ -193,6 +193,28 @@ def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[st
             yield f"link {link.name}: no body has this inertia: its principal moments break the triangle inequality"
 
 
+def tell_first_guesses(data: Mapping[str, Any], device: Device) -> Iterator[str]:
+    """Tell of joints that no test had free, whose friction and springs are the device's first guesses.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json`` that passed `check_for_device`.
+    device
+        Device of the results.
+
+    Yields
+    ------
+    str
+        One sentence; none where every joint was tested.
+    """
+    tested = {joint for entry in data["configurations"] for joint in entry["free_joints"]}
+    guessed = [joint for joint in range(len(device.joints)) if joint not in tested]
+    if guessed:
+        names, plural = ", ".join(map(str, guessed)), "s" if len(guessed) > 1 else ""
+        yield f"joint{plural} {names}: not identified, so that the device's first guesses stand there"
+
+
 def device_quantities(device: Device) -> dict[str, Quantity]:
     """Return the parameters of the whole device by id: links and joints, without deriving its equations.
 

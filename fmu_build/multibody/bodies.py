@@ -168,6 +168,8 @@ class Multibody:
         Rotors of the motors.
     tip, control_point
         Body that carries the control point, and the point in its frame [m].
+    guessed
+        Sentences on joints whose friction and springs are first guesses; none where every joint was tested.
     """
 
     name: str
@@ -178,6 +180,7 @@ class Multibody:
     rotors: tuple[Rotor, ...]
     tip: str
     control_point: Vector
+    guessed: tuple[str, ...] = ()
 
 
 def multibody(device: Device, values: Mapping[str, float], title: str) -> Multibody:

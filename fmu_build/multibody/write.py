@@ -6,11 +6,11 @@ The values are those of the FMU of the whole device, from the same functions.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from haptid.fmu_build.exchange.identification_check import check_for_device, check_orders
+from haptid.fmu_build.exchange.identification_check import check_for_device, check_orders, tell_first_guesses
 from haptid.fmu_build.exchange.identification_json import (
     friction_by_joint,
     of_device,
@@ -79,7 +79,8 @@ def identified_multibody(device: Device, identification: Mapping[str, Any], star
     equations = full_equations(device)
     found = with_start_values(of_device(identification).among(equations), start, equations)
     values = {q.id: float(found.values.get(q.id, q.initial)) for q in equations.parameters}
-    return multibody(device, values, f"{device.title}; values: {words_of_campaign(identification)}")
+    machine = multibody(device, values, f"{device.title}; values: {words_of_campaign(identification)}")
+    return replace(machine, guessed=tuple(tell_first_guesses(identification, device)))
 
 
 def write_multibody(machine: Multibody, out: Path, form: Form, friction: FrictionOf = "lugre") -> Written:
@@ -107,10 +108,10 @@ def write_multibody(machine: Multibody, out: Path, form: Form, friction: Frictio
     """
     if form == "urdf":
         losses = losses_of_urdf(machine)
-        content = urdf_bytes(machine, losses)
+        content = urdf_bytes(machine, (*machine.guessed, *losses))
     else:
         losses = losses_of_mjcf(machine, friction)
-        content = mjcf_bytes(machine, friction, losses)
+        content = mjcf_bytes(machine, friction, (*machine.guessed, *losses))
     return Written(path=write_bytes(out, content), form=form, losses=losses)
 
 

@@ -86,6 +86,9 @@ def test_the_command_writes_the_identified_values_and_says_what_is_lost(kind: st
         assert root.find(".//dcmotor[@joint='joint3']").get("lugre").split()[2] == "0.0009"
     assert "SYNTHETIC" in out.read_text(encoding="utf-8")
     assert "not carried: passive links: " in done.output
+    guessed = "joints 0, 1, 2, 3, 4, 5: not identified, so that the device's first guesses stand there"
+    assert f"identification.json: {guessed}" in done.stderr
+    assert guessed in out.read_text(encoding="utf-8")
 
 
 def test_frictionloss_is_asked_for_by_an_option(tmp_path: Path):
