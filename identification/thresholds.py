@@ -224,6 +224,9 @@ class Thresholds:
     largest_inner_step_error_over_residual: float = 0.1
     """Largest error of the residual by an inner step, as a share of the residual's norm [1]: a coarser one than the
     model's own is used up to it, and a finer one above it."""
+    largest_shift_by_inner_step: float = 0.5
+    """Length of the change of all estimates by the inner step's error, in their standard deviations [1], above which a
+    result has a finer one: on stiff friction and 4500 rows the step of the model moved an inertia by ten."""
     most_rows_of_homotopy: int = 12_000
     """Number of fitted rows [1] of which a descent needs no more before its polish: of twice as many, rows are
     merged."""

@@ -2,7 +2,8 @@
 
 1. Compute the torque of the fitted drive along each measured motion.
 2. Compare both models on these torques, without the drive.
-3. Where the controller is known, simulate both through drive and controller from the measured start (``closed_rmse``).
+3. Simulate both through the drive from the measured start: through its controller too where that is known
+   (``closed_rmse``), else from its command (``free_rmse``), for the back-EMF of a simulation is that of its own motion.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ from haptid.model.joint.drive_terms import drive_quantities, torque_along
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.linear_algebra import column_rms
+
+EXACT_ALONG_MOTION = ("torque", "current")
+"""Drives whose torque does not depend on the motion, so that a simulation from that torque is one from the command."""
 
 
 def compare_driven(  # noqa: PLR0913 # a model, its runs, and how they were recorded, fitted and simulated
@@ -72,7 +76,7 @@ def compare_driven(  # noqa: PLR0913 # a model, its runs, and how they were reco
     rigid_theta = np.array([values[q.id] for q in rigid.parameters])
     # The back-EMF in this torque is computed from the motion, and cannot be late behind it.
     compared = compare(rigid, rigid_theta, torques, device, posture, threads=threads, with_delay=False, step=step)
-    if not drive.is_closed:
+    if drive.kind in EXACT_ALONG_MOTION and not drive.is_closed:
         return compared
     models = {"model": np.asarray(theta, dtype=np.float64)}
     if compared.baseline is not None:
@@ -81,12 +85,13 @@ def compare_driven(  # noqa: PLR0913 # a model, its runs, and how they were reco
         known = dict(zip((q.id for q in rigid.parameters), plain.tolist(), strict=True))
         models["baseline"] = np.array([known.get(q.id, values[q.id]) for q in equations.parameters])
     simulator = KernelSimulator.of(equations).with_step(step)
-    closed = {name: {run.file: _closed_rmse(simulator, at, run) for run in runs} for name, at in models.items()}
+    through = {name: {run.file: _rmse_through(simulator, at, run) for run in runs} for name, at in models.items()}
     figures: dict[tuple[str, str], dict[str, Figures]] = {}
     for run in runs:
         both = compared.figures.get((run.file, run.use), {})
         figures[run.file, run.use] = {
-            name: replace(one, closed_rmse=closed[name][run.file]) for name, one in both.items()
+            name: _with_rmse_through(one, through[name][run.file], is_closed=drive.is_closed)
+            for name, one in both.items()
         }
     return replace(compared, figures=figures)
 
@@ -136,6 +141,14 @@ def with_torque(run: Run, drive: Drive, values: dict[str, float]) -> Run:
     return run.but(u=torque[:, None], drive_inputs={})
 
 
-def _closed_rmse(simulator: KernelSimulator, theta: Array, run: Run) -> Array:
+def _with_rmse_through(figures: Figures, rmse: Array, *, is_closed: bool) -> Figures:
+    """Return the figures with that of a simulation through the drive."""
+    if is_closed:
+        return replace(figures, closed_rmse=rmse)
+    # A plain model of negative mass has no simulation, with or without a drive.
+    return replace(figures, free_rmse=np.where(np.isnan(figures.free_rmse), np.nan, rmse))
+
+
+def _rmse_through(simulator: KernelSimulator, theta: Array, run: Run) -> Array:
     y = simulator.simulate(theta, run).y[run.scored, :1]
     return column_rms(run.y[run.scored] - y)

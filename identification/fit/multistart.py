@@ -211,14 +211,14 @@ def with_agreement(found: Fit, starts: Fit, options: FitOptions) -> Fit:
     Returns
     -------
     Fit
-        ``found`` with the basins and the number of starts of ``starts``, and the outcome that follows; as it is where
-        its outcome does not hang on the agreement.
+        ``found`` with the basins and the number of starts of ``starts``, and the outcome that follows, where its
+        outcome hangs on the agreement.
     """
-    if found.outcome not in (Outcome.CONVERGED, Outcome.SINGLE_START, Outcome.ABOVE_NOISE, Outcome.LONELY):
-        return found
     best = replace(found.basins[0], starts=starts.basins[0].starts)
-    outcome = outcome_of_starts(len(best.starts), quiet=best.over_noise <= options.tolerance)
-    return found.but(basins=(best, *starts.basins[1:]), starts=starts.starts, outcome=outcome)
+    agreed = found.but(basins=(best, *starts.basins[1:]), starts=starts.starts)
+    if found.outcome not in (Outcome.CONVERGED, Outcome.SINGLE_START, Outcome.ABOVE_NOISE, Outcome.LONELY):
+        return agreed
+    return agreed.but(outcome=outcome_of_starts(len(best.starts), quiet=best.over_noise <= options.tolerance))
 
 
 def from_optimum(found: Fit, options: FitOptions, *, alone: bool = False) -> FitOptions:

@@ -11,7 +11,8 @@ neighbouring steps may agree far from it.
 
 Bristles that settle within a few of the model's own steps need a finer one at the minimum itself: its error would be
 called a lack of the model where the sensor is better than that. The same share decides, of the change by halving the
-step (`finer_step`).
+step; and of many rows an error may be small in each and still move the estimates by several standard deviations. The
+step's error Δ moves them by ‖QᵀΔ‖ of these, with Q an orthonormal basis of the residual's Jacobian (`finer_step`).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from haptid.identification.simulators.protocol import Stepped, at_step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.thresholds import THRESHOLDS as MODEL
+from haptid.support.linear_algebra import orthonormal_basis
 
 
 def at_inner_step(problem: Problem, step: float) -> Problem:
@@ -105,22 +107,33 @@ def finer_step(problem: Problem, x: Array) -> float:
     Returns
     -------
     float
-        The model's own inner step [s], or half of it, at most `THRESHOLDS.most_halvings_of_inner_step` times. The own
-        one where the simulator's inner step cannot be chosen, and where none of these meets the condition: a motion
-        that hangs on small errors converges with no step.
+        The model's own inner step [s], or half of it, at most `THRESHOLDS.most_halvings_of_inner_step` times; the
+        finest where the error moves the estimates with each. The own one where the simulator's inner step cannot be
+        chosen, and where the error of none of these is small: a motion that hangs on small errors converges with no
+        step.
     """
     own = MODEL.inner_step_s
     if not isinstance(problem.simulator, Stepped):
         return own
     gain = problem.options.gains[-1]
+    blocks = at_inner_step(problem, own).blocks(x, gain)
+    now, basis, chosen = blocks.residual, orthonormal_basis(blocks.jacobian), own
     # The finer and dearer steps are simulated only where the coarser ones are not close enough.
-    now = _residual(problem, own, x, gain)
     for halvings in range(THRESHOLDS.most_halvings_of_inner_step + 1):
         finer = _residual(problem, own / 2.0 ** (halvings + 1), x, gain)
         if np.linalg.norm(finer - now) <= THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(finer):
-            return own / 2.0**halvings
+            chosen = own / 2.0**halvings
+            if _moves_little(finer - now, finer, basis):
+                break
         now = finer
-    return own
+    return chosen
+
+
+def _moves_little(error: Array, residual: Array, basis: Array) -> bool:
+    """Say whether an error of the residual moves the estimates by a small part of their standard deviations."""
+    # Where more than noise is left, these are wider by as much.
+    wider = max(float(np.linalg.norm(residual)) / np.sqrt(residual.size), 1.0)
+    return float(np.linalg.norm(basis.T @ error)) <= THRESHOLDS.largest_shift_by_inner_step * wider
 
 
 def _residual(problem: Problem, step: float, x: Array, gain: float) -> Array:

@@ -120,6 +120,10 @@ def uncertain_ids(step: Step) -> list[str]:
     return [id for id, status in fit.statuses.items() if tell_status(status, fit.outcome.label) == UNCERTAIN]
 
 
+LARGE = 1.5
+"""Times the noise from which two digits tell it: 1.14 is no 1.1."""
+
+
 def tell_uncertain(step: Step) -> str:
     """Say why values of a model that does not fit are uncertain.
 
@@ -137,8 +141,10 @@ def tell_uncertain(step: Step) -> str:
     if step.fit.outcome in (Outcome.OBSERVED, Outcome.TORQUE_SCORED):
         return "uncertain: a free simulation drifts from the runs"
     worst = worst_score(step)
-    left = "more than the noise" if worst is None else f"{plain(worst.over_noise, 2)} times the noise in its worst run"
-    return f"uncertain: the model leaves {left}"
+    if worst is None:
+        return "uncertain: the model leaves more than the noise"
+    most, where = max((worst.over_noise, "in its worst run"), (step.fit.basins[0].over_noise, "in the fitted runs"))
+    return f"uncertain: the model leaves {plain(most, 2 if most >= LARGE else 3)} times the noise {where}"
 
 
 def _worst(step: Step, use: str) -> str:

@@ -11,7 +11,7 @@ from haptid.identification.result.fit import RunScore
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_runs
 from haptid.identification.simulators.observer import Observed
-from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.simulators.protocol import Simulator, at_step
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.equations import Equations
@@ -101,10 +101,10 @@ def _delay_of(step: Step) -> float:
 
 
 def _simulator(step: Step, simulator_of: Callable[[Equations], Simulator]) -> Simulator:
-    """Return the simulator of the fit: torque equation, observer, or free simulation."""
+    """Return the simulator of the fit at its inner step: torque equation, observer, or free simulation."""
     if step.torque_scored:
         return TorqueSimulator.of_torque(step.fit.equations)
-    base = simulator_of(step.fit.equations)
+    base = at_step(simulator_of(step.fit.equations), step.fit.inner_step)
     return Observed(base, step.fit.observer_gain) if step.fit.observer_gain > 0 else base
 
 

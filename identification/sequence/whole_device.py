@@ -2,7 +2,8 @@
 
 1. Estimate physically consistent links from the coefficients of all configurations (`consistent_links`).
 2. Condition springs and friction on the links: where consistent links move a coefficient by Δc from its fitted value,
-   the other parameters p of that fit move by C_pc·C_cc⁻¹·Δc, with the covariance C_pp − C_pc·C_cc⁻¹·C_cp.
+   the other parameters p of that fit move by C_pc·C_cc⁻¹·Δc, with the covariance C_pp − C_pc·C_cc⁻¹·C_cp; those on a
+   logarithmic scale by that over their value, in their logarithm, and by a factor of e at most.
 3. Draw inertial parameters from their belief (`physical_draws`), and springs and friction conditioned on each draw.
 """
 
@@ -20,6 +21,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
+from haptid.model.equations.quantity import Quantity
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standard
 from haptid.support.linear_algebra import correlation_of, symmetric_inverse
@@ -118,8 +120,18 @@ def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Genera
     moved = {}
     for k, d in zip(rest, shift, strict=True):
         q = fit.equations.parameter(fit.free[k])
-        moved[q.id] = float(np.clip(fit.values[q.id] + std[k] * d, q.lower, q.upper))
+        moved[q.id] = _moved(q, fit.values[q.id], float(std[k] * d))
     return restore_orderings(fit.values | moved, fit.equations.orderings, moved)
+
+
+def _moved(q: Quantity, value: float, change: float) -> float:
+    """Move a fitted value by a change that a covariance tells, on the parameter's scale, within its bounds.
+
+    On a logarithmic scale a change of −2 values of a hardly known one is no negative stiffness. Beyond a factor of e a
+    covariance about the optimum says nothing: a stiffness that is too high to be seen is not as likely to be near zero.
+    """
+    moved = value * np.exp(np.clip(change / value, -1.0, 1.0)) if q.scale == "log" else value + change
+    return float(np.clip(moved, q.lower, q.upper))
 
 
 def restore_orderings(

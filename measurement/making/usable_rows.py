@@ -1,6 +1,7 @@
 """Rows that a run can be made of: a logger's `Table` in, `Table` without empty or repeated rows out, cut at its gaps.
 
-1. Leave out rows in which a needed cell is empty, and rows that repeat the time of the row before.
+1. Leave out rows in which a needed cell is empty, and rows that repeat the time of the row before; the torque that such
+   a row has goes into the row before it (`with_held_commands`).
 2. Leave out rows that an earlier table has as well (`without_shared_rows`): loggers that begin a new file overlap.
 3. Count a position on where its counter wraps: a jump by a whole period between two rows is no motion (`counted_on`).
 4. Cut where rows are missing for longer than a few rows, left out above or lost by the recorder: no torque is known
@@ -20,6 +21,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.making.held_commands import with_held_commands
 from haptid.measurement.signals.gaps import find_gaps
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.thresholds import THRESHOLDS
@@ -53,7 +55,7 @@ class UsableTable:
     about: tuple[str, ...] = ()
 
 
-def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
+def usable_rows(table: Table, needed: Sequence[str], time: str, held: Sequence[str] = ()) -> UsableTable:
     """Leave out rows with empty cells and rows that repeat a time.
 
     Parameters
@@ -64,6 +66,8 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
         Columns that a run needs.
     time
         Column of the time.
+    held
+        Columns with commands that hold until the next row: those of rows with an empty cell go into the row before.
 
     Returns
     -------
@@ -104,7 +108,8 @@ def usable_rows(table: Table, needed: Sequence[str], time: str) -> UsableTable:
         _count_rows(repeated, f"that repeat{'s' * (repeated == 1)} a time"),
     ]
     about = " and ".join(word for word in words if word)
-    return UsableTable(table=table.keep(kept), lost=lost, about=(f"without {about}",))
+    less = with_held_commands(table, kept, [name for name in held if name in needed], time)
+    return UsableTable(table=less, lost=lost, about=(f"without {about}",))
 
 
 def _mostly_empty(table: Table, needed: Sequence[str], empty: Mask) -> InputError:

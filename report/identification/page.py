@@ -141,6 +141,9 @@ def _by_residual(steps: Sequence[Step]) -> tuple[list[str], list[str], list[str]
         # A run's own noise varies about the pooled one: the outcome has judged that, and its word stands below.
         if structured_run(step) is not None:
             structured.append(step.configuration.name + over)
+        elif quiet and step.fit.outcome in (Outcome.ABOVE_NOISE, Outcome.LONELY):
+            fitted = plain(step.fit.basins[0].over_noise, 3)
+            poor.append(f"{step.configuration.name} ({fitted} × noise on the fitted runs)")
         elif quiet or step.fit.outcome in (Outcome.CONVERGED, Outcome.SINGLE_START):
             good.append(step.configuration.name + ("" if quiet else over))
         else:

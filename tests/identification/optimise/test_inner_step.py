@@ -16,8 +16,9 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.observer import Observed
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.model.thresholds import THRESHOLDS
-from haptid.support.linear_algebra import inverse, profile_out, sandwich
+from haptid.support.linear_algebra import inverse, orthonormal_basis, profile_out, sandwich
 from tests.identification.bench_joint import TRUE, equations, runs
 
 
@@ -91,6 +92,29 @@ def test_a_result_has_a_finer_step_where_that_of_the_model_shows_beside_the_nois
     assert (step < THRESHOLDS.inner_step_s) == finer
     left = at_inner_step(seen, step).blocks(seen.unknowns_at(theta)).residual
     assert np.mean(left**2) < 1.1
+
+
+def test_an_error_that_hides_in_every_row_and_moves_the_estimates_gets_a_finer_step(problem):
+    """An inertia was ten standard deviations off: of many rows a tenth of the residual's norm is that much."""
+    simulator, run = problem.simulator, problem.runs[0]
+    theta = np.array([TRUE.get(q.id, q.initial) for q in simulator.equations.parameters])
+    exact = simulator.with_step(THRESHOLDS.inner_step_s / 64).simulate(theta, run).y
+    std = 15.0 * float(np.sqrt(np.mean((simulator.simulate(theta, run).y - exact) ** 2)))
+    noisy = exact + std * np.random.default_rng(1).standard_normal(exact.shape)
+    seen = Problem.of(simulator, (run.but(y=noisy, noise=np.array([std]), resolution=np.zeros(1)),), problem.options)
+    x = seen.unknowns_at(theta)
+
+    def error(step: float) -> np.ndarray:
+        exactly = at_inner_step(seen, THRESHOLDS.inner_step_s / 64).blocks(x, jacobian=False).residual
+        return at_inner_step(seen, step).blocks(x, jacobian=False).residual - exactly
+
+    basis = orthonormal_basis(seen.blocks(x).jacobian)
+    own = error(THRESHOLDS.inner_step_s)
+    assert np.linalg.norm(own) < IDENTIFICATION.largest_inner_step_error_over_residual * np.sqrt(own.size)
+    assert np.linalg.norm(basis.T @ own) > 2.0 * IDENTIFICATION.largest_shift_by_inner_step
+    step = finer_step(seen, x)
+    assert step < THRESHOLDS.inner_step_s
+    assert np.linalg.norm(basis.T @ error(step)) < 0.5 * np.linalg.norm(basis.T @ own)
 
 
 def test_minimum_is_that_of_the_models_own_step(problem):

@@ -61,6 +61,25 @@ def whole(steps: tuple[Step, ...]) -> Whole:
     return whole_device(DEVICE, steps, seed=2, draws=COUNT)
 
 
+def test_a_hardly_known_stiffness_of_the_whole_device_stays_one(steps: tuple[Step, ...]):
+    """It moved by 1.5 of its standard deviations to the lower end of its range, six orders below the fit."""
+    first, *others = steps
+    fit, place = first.fit, first.fit.free.index("sigma0")
+    std = np.sqrt(np.diag(fit.covariance))
+    std[place] = 3.0 * fit.values["sigma0"]
+    with_inertia = np.eye(len(fit.free))
+    inertia = fit.free.index("inertia")
+    with_inertia[place, inertia] = with_inertia[inertia, place] = -0.9
+    bent = fit.theta.copy()
+    bent[inertia] *= 0.95  # consistent links move it back by several of its standard deviations
+    open_fit = fit.but(covariance=with_inertia * np.outer(std, std), theta=bent)
+    whole = whole_device(DEVICE, (Step(configuration=first.configuration, fit=open_fit), *others), seed=2, draws=COUNT)
+    values = [whole.values["sigma0_4"], *(one["sigma0_4"] for one in whole.draws)]
+    assert min(values) > 0.36 * fit.values["sigma0"]
+    assert max(values) < 2.72 * fit.values["sigma0"]
+    assert np.std(values) > 0.3 * fit.values["sigma0"]
+
+
 @pytest.fixture(scope="module")
 def results(steps: tuple[Step, ...], whole: Whole, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     folder = tmp_path_factory.mktemp("results")

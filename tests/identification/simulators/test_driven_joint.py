@@ -167,4 +167,6 @@ def test_the_drive_is_found_again_where_gravity_is_known(drive: Drive):
         assert closed[0] < 3e-4
         assert figures["baseline"].as_json()["closed_rmse"] > closed[0]
     else:
+        # From the torque along the measured motion, whose back-EMF is held from row to row, it was 100 times the fit's.
         assert figures["model"].closed_rmse is None
+        assert figures["model"].free_rmse[0] < 3e-4

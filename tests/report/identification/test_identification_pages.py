@@ -188,6 +188,15 @@ def test_the_lead_agrees_with_the_outcome(outcome, said):
     assert seen.paragraphs[0] == said
 
 
+def test_the_lead_does_not_tell_noise_of_a_model_that_leaves_more_on_the_fitted_runs():
+    """The first sentence said that the noise was left, and the outcome below it that the model lacks something."""
+    scores = (SCORES[0], replace(SCORES[1], over_noise=1.03))
+    basins = (replace(FIT.basins[0], over_noise=1.14), *FIT.basins[1:])
+    step = replace(STEP, fit=FIT.but(outcome=Outcome.ABOVE_NOISE, runs=scores, basins=basins))
+    seen = render(whole_page, "A joint", (step,), [[]], (None,), {**DATA, "links": {}}, Verification(runs=()))
+    assert seen.paragraphs[0] == "The residual stays above the noise: joint 4 (1.14 × noise on the fitted runs)."
+
+
 def test_the_lead_does_not_tell_structure_as_noise():
     scores = (SCORES[0], replace(SCORES[1], over_noise=1.12, rows=2500, correlation_time=7.0))
     step = replace(STEP, fit=FIT.but(outcome=Outcome.CONVERGED, runs=scores))
