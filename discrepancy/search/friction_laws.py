@@ -40,6 +40,8 @@ class OtherLaw:
         Study under that law, at the inner step whose error is invisible there.
     base
         Fit of its nominal model under white noise.
+    own
+        Fit of its nominal model under the noise estimated from its residuals.
     passes
         Whether it leaves noise alone, as far as the tests tell that need no scores of the catalogue.
     simpler
@@ -49,8 +51,14 @@ class OtherLaw:
 
     study: Study
     base: NominalFit
+    own: Solution
     passes: bool
     simpler: bool
+
+    @property
+    def fits(self) -> tuple[Solution, Solution]:
+        """Nominal model under white noise, and under its own."""
+        return self.base.solution, self.own
 
     def leaves_less_than(self, chi2: float) -> bool:
         """Say whether the law explains more than a fit beside the law of the study.
@@ -198,7 +206,7 @@ def _to_the_end(study: Study, start: Trial, white: Solution, other: Study, best:
     fewer = candidate.parameters <= start.candidate.parameters
     little = THRESHOLDS.search.largest_excess_under_right_law * (white.chi2 - study.rows)
     explains = passes or solution.chi2 - study.rows < little
-    return OtherLaw(study=other, base=base, passes=passes, simpler=explains and fewer)
+    return OtherLaw(study=other, base=base, own=candidate.solution, passes=passes, simpler=explains and fewer)
 
 
 def starts_under_law(other: Study, white: Solution) -> Iterator[dict[str, float]]:

@@ -30,7 +30,7 @@ from haptid.discrepancy.search.backward_elimination import exchange_effects, wit
 from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.forward_selection import select_forward
 from haptid.discrepancy.search.friction_laws import OtherLaw, law_from, law_that_leaves_less, other_laws
-from haptid.discrepancy.search.nominal_model import Begun, begin_search, fit_nominal_model, under_own_noise
+from haptid.discrepancy.search.nominal_model import Begun, begin_search, fit_nominal_model
 from haptid.discrepancy.search.own_range import in_wider_range
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Refined, refine_step
@@ -121,11 +121,10 @@ def _search_under_observer(begun: Begun, tell: Progress) -> Search:
         return _finish(replace(begun, led=led), tell)
     tell(f"search under the friction law {led.law}")
     other = law_from(begun.study, begun.start, begun.white, led.law, led.nominal)
-    fits = under_own_noise(other.study, other.base)
-    if not led.leads and (alone := _law_alone(other, fits[1], begun)) is not None:
+    if not led.leads and (alone := _law_alone(other, begun)) is not None:
         tell(f"nothing comes near the friction law {led.law}")
         return alone
-    again = replace(begin_search(other.study, other.base, tell, fits), led=led)
+    again = replace(begin_search(other.study, other.base, tell, other.fits), led=led)
     again.searcher.simulations += s.simulations
     return _finish_instead(other, again, begun, tell)
 
@@ -136,16 +135,16 @@ def _explains_more(rival: RivalLaw, released: Sequence[Solution], begun: Begun) 
     return law_that_leaves_less(begun.study, begun.start, begun.white, rival.law, rival.values, least)
 
 
-def _law_alone(other: OtherLaw, plain: Solution, begun: Begun) -> Search | None:
+def _law_alone(other: OtherLaw, begun: Begun) -> Search | None:
     """End with a friction law that removes most of the discrepancy, beside which no effect removes a share of the rest.
 
     None where the law leaves noise alone, so that the catalogue has to be scored beside it, or leaves too much.
     """
-    start = first_tests(other.study, score_candidate(other.study, plain, plain.calls))
+    start = first_tests(other.study, score_candidate(other.study, other.own, other.own.calls))
     if start.passes or not closes_most(other.study, start, begun.start):
         return None
-    calls = other.base.calls + plain.calls
-    return _with_law_alone(other, start, begun, begun.searcher.simulations + calls * len(other.study.fitted))
+    simulations = begun.searcher.simulations + other.base.calls * len(other.study.fitted)
+    return _with_law_alone(other, start, begun, simulations)
 
 
 def _with_law_alone(other: OtherLaw, start: Trial, asked: Begun, simulations: int) -> Search:
@@ -166,7 +165,7 @@ def _least_of_singles(begun: Begun) -> float:
 def _instead(other: OtherLaw, asked: Begun, tell: Progress) -> Search:
     """Search under another friction law, and keep the nominal model under the law that was asked for."""
     tell(f"search under the friction law {other.study.base.friction[0]}")
-    return _finish_instead(other, begin_search(other.study, other.base, tell), asked, tell)
+    return _finish_instead(other, begin_search(other.study, other.base, tell, other.fits), asked, tell)
 
 
 def _finish_instead(other: OtherLaw, begun: Begun, asked: Begun, tell: Progress) -> Search:

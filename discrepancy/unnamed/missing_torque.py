@@ -113,7 +113,7 @@ class Shape:
         }  # fmt: skip
 
 
-def missing(study: Study, model: Solution) -> Shape:
+def missing(study: Study, model: Solution, *, is_near: bool = False) -> Shape:
     """Fit the missing torque over the variables that explain most of a model's residual.
 
     Parameters
@@ -122,6 +122,9 @@ def missing(study: Study, model: Solution) -> Shape:
         Study with the fitted runs.
     model
         Nominal model, or one with effects that explain a part, under any noise; white noise is used here.
+    is_near
+        Whether the model explains most of what was missing, so that each shape is fitted from its optimum, without an
+        observer.
 
     Returns
     -------
@@ -138,21 +141,23 @@ def missing(study: Study, model: Solution) -> Shape:
         for k, own in enumerate(ranges)
         for variable, (a, b) in own.items()
     ]
-    one = _best(study, white, curves)
+    one = _best(study, white, curves, is_near=is_near)
     if one.closed >= THRESHOLDS.unnamed.share_closed_by_one_variable:
         return one
     column = joints.index(one.joint)
     axes = {variable: Axis(variable=variable, first=a, last=b) for variable, (a, b) in ranges[column].items()}
     pairs = [pair for pair in combinations(SYMBOLS, 2) if one.variables[0] in pair or set(pair) == MOTION]
-    two = _best(study, white, [Place(functions=Surface(axes=(axes[a], axes[b])), column=column) for a, b in pairs])
+    surfaces = [Place(functions=Surface(axes=(axes[a], axes[b])), column=column) for a, b in pairs]
+    two = _best(study, white, surfaces, is_near=is_near)
     least = one.closed + THRESHOLDS.unnamed.least_share_added_by_second_variable
     return replace(two, alone=one) if two.closed > least else one
 
 
-def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
+def _best(study: Study, white: Solution, tried: Sequence[Place], *, is_near: bool) -> Shape:
     """Fit all candidates roughly, side by side, and the likeliest of them to the end."""
     few = merged(study, rows_to_merge(study, THRESHOLDS.unnamed.most_rows_of_rough_shape))
-    rough = map_threads(partial(_roughly, at_step(few, study.factory.sketch), white), tried, threads=study.threads)
+    fit = partial(_roughly, at_step(few, study.factory.sketch), white, is_near=is_near)
+    rough = map_threads(fit, tried, threads=study.threads)
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
     return _over(study, white, begun, place)
@@ -165,17 +170,20 @@ def _range(study: Study, variable: str, column: int) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _roughly(study: Study, white: Solution, place: Place) -> Solution:
-    """Fit the shape through homotopy, to the tolerance `rough_tolerance_chi2`.
+def _roughly(study: Study, white: Solution, place: Place, *, is_near: bool) -> Solution:
+    """Fit the shape through homotopy, or from the optimum of a model that is near, to `rough_tolerance_chi2`.
 
     Beside the nominal model, which may have taken what is missing upon itself, it begins at the first guesses.
     """
     scale = max(float(np.abs(run.u[:, place.column]).max()) for run in study.fitted)
     effect = study.in_joint(place.functions.effect(scale), place.column)
+    effects, tolerance = (*white.effects, effect), THRESHOLDS.fit.rough_tolerance_chi2
+    study = replace(study, threads=1)
+    if is_near:
+        most = THRESHOLDS.fit.most_simulations_of_last_fit
+        return solve(study, effects, Noise(), white.values, x0=white.x0, iterations=most, tolerance=tolerance)
     values = white.values if white.effects else {q.id: q.initial for q in study.base.parameters}
-    return through_homotopy(
-        replace(study, threads=1), (*white.effects, effect), values, tolerance=THRESHOLDS.fit.rough_tolerance_chi2
-    )[0]
+    return through_homotopy(study, effects, values, tolerance=tolerance)[0]
 
 
 def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shape:

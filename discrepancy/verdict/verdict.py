@@ -178,7 +178,7 @@ def _shape_of_rest(study: Study, found: Search, verdict: Verdict) -> Shape | Non
     if verdict == "unlisted":
         return missing(study, found.plain.solution)
     much = verdict == "partly_named" and found.best.left.far
-    return missing(study, found.best.solution) if much else None
+    return missing(study, found.best.solution, is_near=True) if much else None
 
 
 def indistinguishable_from_zero(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
