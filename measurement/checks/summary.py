@@ -98,23 +98,24 @@ def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None
     """
     drives = with_torques_that_were(campaign).drives
     closed = [joint for joint, drive in drives.items() if drive.is_closed]
+    computed = [joint for joint, drive in drives.items() if not drive.commands_torque]
     rows = []
     for one in remarks_of(campaign, closed=closed, report=report):
-        rows += [_row(one, column) for column in range(len(one.run.free_joints))]
+        rows += [_row(one, k, is_computed=joint in computed) for k, joint in enumerate(one.run.free_joints)]
     return tuple(rows)
 
 
-def _row(one: Remarks, column: int) -> Row:
+def _row(one: Remarks, column: int, *, is_computed: bool) -> Row:
     cycles, uneven = find_cycles(one.run, column), unevenness(one.run)
     return Row(
-        cells=_cells(one, column, cycles, uneven),
+        cells=_cells(one, column, cycles, uneven, is_computed=is_computed),
         remarks=(*one.by_joint[column], *_own_words(one.run)),
         facts=_facts(one, column, cycles, uneven),
     )
 
 
-def _cells(one: Remarks, column: int, cycles: Cycles, uneven: float) -> tuple[str, ...]:
-    """Return the cells of a row; noise and step are marked by ~ where they are estimated."""
+def _cells(one: Remarks, column: int, cycles: Cycles, uneven: float, *, is_computed: bool) -> tuple[str, ...]:
+    """Return the cells of a row, marked by ~: estimated noise and step, torque computed from a motor's command."""
     run = one.run
     given = "" if np.isfinite(run.noise[column]) else "~"
     step_given = "" if np.isfinite(run.resolution[column]) else "~"
@@ -127,7 +128,7 @@ def _cells(one: Remarks, column: int, cycles: Cycles, uneven: float) -> tuple[st
         f"{run.t[-1]:.4g}",
         f"{1 / float(np.median(np.diff(run.t))):.4g}",
         "–" if uneven == 0 else f"{100 * uneven:.2g} %",
-        f"{np.ptp(run.u[:, column]) / 2:.3g}",
+        f"{'~' if is_computed else ''}{np.ptp(run.u[:, column]) / 2:.3g}",
         f"{np.ptp(run.y[:, column]):.3g}",
         f"{cycles.omega:.4g}" if cycles.omega else "–",
         str(cycles.count) if cycles.count > 1 else "–",

@@ -116,6 +116,8 @@ def prepare_tables(tables: Sequence[Table], answers: Answers, *, mend: bool = Tr
         stated = {c: goal for c, goal in answers.stated.items() if c in table.columns or c not in everywhere}
         understood.append(understand_table(table, stated, answers.resolution, numbers))
     understood = _counted_from_zero(tables, understood, answers, device)
+    if device is None:
+        understood = [_in_one_joint(table, targets, answers) for table, targets in zip(tables, understood, strict=True)]
     named = [
         _name_columns(table, targets, answers, mend=mend) for table, targets in zip(tables, understood, strict=True)
     ]
@@ -159,6 +161,19 @@ def _counted_from_zero(
         moved = {c: Target(name=name, factor=factors.get(c, 1.0)) for c, name in lower.items() if name != c}
         shifted.append({c: target for c, target in targets.items() if c not in one} | moved)
     return shifted
+
+
+def _in_one_joint(table: Table, targets: dict[str, Target], answers: Answers) -> dict[str, Target]:
+    """Give columns without a number that of the others, where these are of one joint: ``Axis 1 [°]`` and ``Torque``."""
+    joints = {column: int(found[1]) for column, one in targets.items() if (found := NUMBERED.search(one.name))}
+    plain = [column for column in joints if not re.search(r"\d", column) and column not in answers.stated]
+    told = {joint for column, joint in joints.items() if column not in plain}
+    if not plain or len(told) != 1 or any(NUMBERED.search(column) for column in table.columns):
+        return targets
+    (joint,) = told
+    moved = {column: replace(targets[column], name=NUMBERED.sub(f"_{joint}", targets[column].name)) for column in plain}
+    taken = {one.name for column, one in targets.items() if column not in plain}
+    return targets if any(one.name in taken for one in moved.values()) else targets | moved
 
 
 def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *, mend: bool) -> UsableTable:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import unicodedata
 
 QUANTITIES_ELSEWHERE: dict[str, str] = {
-    "lage": "position", "winkel": "position", "drehzahl": "velocity", "geschwindigkeit": "velocity",
-    "drehmoment": "torque", "strom": "current", "spannung": "voltage", "zeit": "time",
+    "lage": "position", "winkel": "position", "drehwinkel": "position", "kraft": "force", "drehzahl": "velocity",
+    "geschwindigkeit": "velocity", "drehmoment": "torque", "strom": "current", "spannung": "voltage", "zeit": "time",
     "posizione": "position", "angolo": "position", "velocita": "velocity", "coppia": "torque", "forza": "force",
     "corrente": "current", "tensione": "voltage", "tempo": "time",
     "posicion": "position", "angulo": "position", "velocidad": "velocity", "par": "torque", "fuerza": "force",

@@ -52,6 +52,7 @@ SPELLINGS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(?i)(?<![a-z])dc[\s_-]*(?:link|bus)(?:[\s_-]*circuit)?(?![a-z])", " dclink "),
     (r"(?i)(?<![a-z])i[\s_]?q(?![a-z])", " iq "),  # the current that makes the torque
     (r"(?i)(soll|ist)[\s_-]?wert", r" \1wert "),  # Lageistwert
+    (r"(?i)(?<![a-z])(motor|antriebs|achs|gelenk)(?=dreh|moment|winkel|lage|kraft|strom|spannung)", " motor "),
     (r"(?i)(?<![a-z])soll[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " sollwert "),
     (r"(?i)(?<![a-z])ist[\s_-]?(?=pos|lage|winkel|dreh|strom|geschw)", " istwert "),
     (r"(?i)(?<![a-z])millis(?:econds?)?(?![a-z])", " time ms "),  # as Arduino's clocks are called

@@ -20,6 +20,8 @@ from haptid.support.numbers import count_of
 
 NUMBER = re.compile(r"([A-Za-z]*)[_-]?(?<![\d.])(\d+(?:[.p]\d+)?)")
 """Number in a name with the letters before it; "p" may stand for the decimal point."""
+OF_FREQUENCY = ("w", "omega", "f", "freq", "hz")
+"""Letters before the number of a frequency."""
 
 
 def twins(runs: Sequence[Run]) -> dict[str, str]:
@@ -96,12 +98,14 @@ def find_misnamed(runs: Sequence[Run]) -> dict[str, str]:
     -----
     Numbers in names may mean anything. A number counts as a frequency (in rad/s or Hz) only where it agrees with the
     torque's within 3 % in most runs of the joint whose names have it after the same letters, or where two runs have
-    each other's.
+    each other's. Whole numbers up to that of the runs count the runs, unless `OF_FREQUENCY` stands before them.
     """
     found: dict[str, str] = {}
     periodic = _periodic(runs)
     for unit, factor in (("rad/s", 1.0), ("Hz", 1.0 / (2.0 * np.pi))):
-        for named in _by_letters(periodic, factor).values():
+        for (_, letters, _), named in _by_letters(periodic, factor).items():
+            if letters.lower() not in OF_FREQUENCY and _count_runs(named, len(runs)):
+                continue
             wrong = [one for one in named if not one.agrees]
             agreed = len(named) - len(wrong) >= max(2, len(wrong) + 1)
             for one in wrong:
@@ -134,6 +138,12 @@ def _by_letters(
             named = _Named(run=run, number=number, frequency=omega * factor)
             table.setdefault((run.free_joints, letters, place), []).append(named)
     return table
+
+
+def _count_runs(named: Sequence[_Named], runs: int) -> bool:
+    """Say whether numbers in names are likely those of the runs, which may agree with a frequency by chance."""
+    numbers = [one.number for one in named]
+    return len(set(numbers)) == len(numbers) and all(n == int(n) and 0 <= n <= runs for n in numbers)
 
 
 def _are_swapped(one: _Named, other: _Named) -> bool:

@@ -212,3 +212,16 @@ def test_nothing_is_told_of_runs_kept_where_a_flag_names_them(tmp_path: Path):
     done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--measured", "--validate", "val_1.csv")
     assert "assumed" not in done.stdout
     assert [run.use for run in read_campaign(tmp_path / "made").runs] == ["fit", "validate", "fit"]
+
+
+def test_a_torque_without_a_number_is_that_of_the_only_axis(tmp_path: Path):
+    """The angle was of joint 1 and the torque of joint 0, so that no joint had both."""
+    t = 0.005 * np.arange(600)
+    columns = {"time (s)": t, "Drehwinkel Achse 1 [°]": 20.0 * np.sin(3.0 * t), "Motormoment [Nm]": np.cos(3.0 * t)}
+    (tmp_path / "tables").mkdir()
+    pd.DataFrame(columns).to_csv(tmp_path / "tables" / "a.csv", index=False)
+    done = run_init(tmp_path / "tables", "--out", tmp_path / "made", "--measured", "--device", "single_joint")
+    assert done.returncode == 0, done.stderr
+    (run,) = read_campaign(tmp_path / "made").runs
+    assert run.free_joints == (1,)
+    np.testing.assert_allclose(run.u[:, 0], np.cos(3.0 * t), atol=1e-9)

@@ -255,6 +255,8 @@ def cosine(omega: float, file: str) -> Run:
         ({"w2.csv": 2.0, "w3.csv": 3.0, "w4.csv": 4.0, "w5.csv": 7.0}, {"w5.csv"}),
         ({"run1.csv": 2.0, "run2.csv": 3.0, "run3.csv": 4.5}, set()),
         ({"trial_12.csv": 2.0}, set()),
+        # Numbers of runs, two of which happen to be their frequencies.
+        ({"essai1.csv": 6.283, "essai2.csv": 12.566, "essai3.csv": 3.1416}, set()),
     ],
 )
 def test_tables_under_each_others_names(named: dict[str, float], remarked: set[str]):
