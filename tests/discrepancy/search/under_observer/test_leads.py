@@ -201,6 +201,32 @@ def test_a_law_competes_with_the_second_effect(
     assert laws._effects_first(TOLD, at, [], others, lambda _: False).law == law
 
 
+@pytest.mark.parametrize(
+    ("left", "fitted", "best"),
+    [
+        ({"own": 2e3, "smaller": 9e4, "known": 8e4}, ["own"], 2e3),  # next to nothing: no other start is asked
+        ({"own": 7e4, "smaller": 9e4, "known": 6e4}, ["own", "smaller", "known"], 6e4),
+    ],
+)
+def test_a_law_begins_at_its_own_guesses(
+    left: dict[str, float], fitted: list[str], best: float, monkeypatch: pytest.MonkeyPatch
+):
+    """From a stiffness that was bent to another law's needs, a law of 1.6 times the noise was left at 8.8."""
+    asked = []
+
+    def fit(_s: Any, _study: Any, _effects: Any, values: Any, *_: Any) -> _Left:
+        asked.append(values)
+        return _Left(left[values] + ROWS, "")
+
+    monkeypatch.setattr(laws, "starts_under_law", lambda *_: iter(["known", "smaller", "own"]))
+    monkeypatch.setattr(laws, "fit_lead", fit)
+    at: Any = SimpleNamespace(excess=1e6, gains=3)
+    study: Any = SimpleNamespace(rows=ROWS)
+    white: Any = None
+    assert laws._best_start(TOLD, at, study, white).cost == best + ROWS
+    assert asked == fitted
+
+
 @pytest.mark.parametrize(("enough", "law"), [(True, None), (False, "maxwell_slip")])
 def test_a_law_is_compared_where_an_effect_follows_it_under_the_observer_alone(
     enough: bool, law: str | None, monkeypatch: pytest.MonkeyPatch
