@@ -6,7 +6,6 @@ in its place. The mean over both rows, each by its time, has the same impulse.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -14,9 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptid.measurement.tables.table import Table
-
-COMMAND = re.compile(r"(?:torque_\d+_Nm|force_\d+_N|current_\d+_A|voltage_\d+_V|duty_\d+)")
-"""Columns of the format that hold what drives a joint."""
 
 
 def with_held_commands(table: Table, kept: NDArray[np.int_], commands: Sequence[str], time: str) -> Table:

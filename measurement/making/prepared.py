@@ -13,7 +13,6 @@ import pandas as pd
 from haptid.measurement.format.columns import KNOWN, NUMBERED
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.making.answers import Answers, device_of
-from haptid.measurement.making.held_commands import COMMAND
 from haptid.measurement.making.moving_joints import moving_joints
 from haptid.measurement.making.times import with_counter_counted_on
 from haptid.measurement.making.usable_rows import (
@@ -182,7 +181,8 @@ def _name_columns(table: Table, targets: dict[str, Target], answers: Answers, *,
     names = {column: targets[column].name if column in targets else column for column in table.columns}
     needed = [column for column, name in names.items() if _is_needed(name)]
     time = next((column for column, name in names.items() if name == "time_s"), "time_s")
-    held = [column for column, name in names.items() if COMMAND.fullmatch(name)] if answers.hold == "zero" else []
+    commands = (*TORQUE_COLUMNS, *DRIVE_COLUMNS.values()) if answers.hold == "zero" else ()
+    held = [column for column, name in names.items() if NUMBERED.sub("_{}", name) in commands]
     usable = usable_rows(table, needed if mend else (), time, held)
     frame = map_columns(usable.table, targets)
     free_joints(list(frame.columns), str(table.path), answers.free, answers.closed, table.loosely)

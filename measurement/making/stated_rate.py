@@ -11,11 +11,14 @@ import numpy as np
 from haptid.measurement.making.times import TIME, has_time
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.signal_names import COUNTS_ROWS
+from haptid.measurement.naming.units import UNITS, respell
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
 
 HERTZ = {"hz": 1.0, "khz": 1e3, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "samples/s": 1.0, "": 1.0}
-SECONDS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "": 1.0}
+"""Rows of a second by the unit of a rate."""
+SECONDS = {"": 1.0, **{unit: seconds for unit, (base, seconds) in UNITS.items() if base == "s"}}
+"""Seconds by the unit of an interval."""
 NUMBER = r"(?P<number>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)"
 LINE = (
     r"\W*(?:{words})\s*(?:[\[(]\s*(?P<before>[^\])]*?)\s*[\])])?[\s:=;,\"]*{number}\s*[\[(\"]?(?P<after>[a-zµ/1]*)\W*"
@@ -62,8 +65,7 @@ def with_time_of_rate(table: Table, stated: Mapping[str, Target]) -> tuple[Table
     counters = [column for column in table.columns if column not in stated and COUNTS_ROWS.search(column)]
     counter = next((column for column in counters if _counts(table, column)), "")
     n = table.loosely(counter) if counter else np.arange(len(table.frame), dtype=float)
-    others = table.frame.drop(columns=counter) if counter else table.frame
-    frame = others.copy()
+    frame = table.frame.drop(columns=[counter] if counter else [])
     frame.insert(0, TIME, (n - n[0]) * interval)
     whose = f"{counter!r} as the number of the row" if counter else "no time"
     return replace(table, frame=frame), f"{whose}; rows {interval:.6g} s apart as {line!r} says"
@@ -82,7 +84,7 @@ def _intervals_in(line: str) -> Iterator[float]:
         said = pattern.fullmatch(text)
         if said is None:
             continue
-        unit = (said["before"] or said["after"] or "").lower()
+        unit = respell(said["before"] or said["after"] or "").strip().lower()
         value = float(said["number"].replace(",", "."))
         if unit not in units or value == 0.0:
             continue
