@@ -21,11 +21,13 @@ from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.thresholds import THRESHOLDS as KERNELS
 
-_compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
+_compiled: dict[tuple[str, tuple[int, ...], bool, bool], CompiledKernel] = {}
 
 
 def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = True) -> CompiledKernel:
     """Compile the kernel of ``equations`` with output injection, once per process.
+
+    It has sensitivities by the initial values that are fitted, which of a friction law with twelve states are two.
 
     Parameters
     ----------
@@ -46,11 +48,12 @@ def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = 
     NumericalError
         Where the compiler is missing or fails.
     """
-    key = (equations.digest, many, tangent)
+    key = (equations.digest, equations.starts, many, tangent)
     if key not in _compiled:
         _compiled[key] = cached_kernel(
-            with_observer(equations), many=many, tangent=tangent, substeps=KERNELS.most_substeps_of_inner_step
-        )
+            with_observer(equations), many=many, tangent=tangent, starts=equations.starts,
+            substeps=KERNELS.most_substeps_of_inner_step,
+        )  # fmt: skip
     return _compiled[key]
 
 

@@ -180,8 +180,8 @@ def _roughly(study: Study, white: Solution, place: Place, *, is_near: bool) -> S
     effects, tolerance = (*white.effects, effect), THRESHOLDS.fit.rough_tolerance_chi2
     study = replace(study, threads=1)
     if is_near:
-        most = THRESHOLDS.fit.most_simulations_of_last_fit
-        return solve(study, effects, Noise(), white.values, x0=white.x0, iterations=most, tolerance=tolerance)
+        few = THRESHOLDS.candidate.first_try_simulations
+        return solve(study, effects, Noise(), white.values, x0=white.x0, iterations=few, tolerance=tolerance)
     values = white.values if white.effects else {q.id: q.initial for q in study.base.parameters}
     return through_homotopy(study, effects, values, tolerance=tolerance)[0]
 

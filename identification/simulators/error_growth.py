@@ -32,6 +32,6 @@ def growth(simulator: Simulator, theta: Array, run: Run) -> float:
     """
     n = run.y.shape[1]
     made = simulator.simulate(theta, run, sensitivities=True)
-    if made.dy_dx0 is None or not np.isfinite(made.dy_dx0).all():
+    if made.dy_dx0 is None or not np.isfinite(grown := made.dy_dx0[:, :n, :n]).all():
         return 0.0
-    return float(np.max(np.abs(made.dy_dx0[:, :n, :n])))
+    return float(np.max(np.abs(grown)))

@@ -88,8 +88,12 @@ class KernelSimulator:
             y = self.kernel.simulate(run.t, inputs, theta, start, linear=linear, step=self.step)
             return as_recorded(run, Trajectory(t=run.t, y=y))
         y, dy = self.kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear, step=self.step)
-        n = len(self.equations.parameters)
-        return as_recorded(run, Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:]))
+        n, starts = len(self.equations.parameters), self.kernel.kernel.starts
+        by_start = dy[..., n:]
+        if len(starts) < start.size:
+            by_start = np.full((*y.shape, start.size), np.nan)
+            by_start[..., starts] = dy[..., n:]
+        return as_recorded(run, Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=by_start))
 
     def onward(self, theta: Array, run: Run, rows: slice, x: Array) -> tuple[Array, Array]:
         """Simulate some rows of a run, freely, from a state at the first of them.

@@ -29,7 +29,8 @@ class Trajectory:
     dy_dtheta
         Derivatives by the parameters, shape (n_t, n_y, n_p), or None without sensitivities.
     dy_dx0
-        Derivatives by the initial states, shape (n_t, n_y, n_x), or None without sensitivities.
+        Derivatives by the initial states, shape (n_t, n_y, n_x), NaN by those that no fit moves; None without
+        sensitivities.
     """
 
     t: Array

@@ -290,6 +290,15 @@ class Equations:
         )
 
     @property
+    def starts(self) -> tuple[int, ...]:
+        """Indices of the states whose initial value is fitted: positions, velocities, and those that have a start_std.
+
+        All states where there are no joints.
+        """
+        moving = 2 * len(self.joints) or len(self.states)
+        return tuple(k for k, state in enumerate(self.states) if k < moving or state.start_std > 0)
+
+    @property
     def digest(self) -> str:
         """Sixteen hex digits of the SHA-256 of name, ids and formulas; guesses, bounds and units do not enter."""
         return self._digest_of(self.name, self.joints)

@@ -43,6 +43,7 @@ def cached_kernel(
     *,
     many: bool = True,
     tangent: bool = True,
+    starts: tuple[int, ...] | None = None,
     substeps: int | None = None,
     step: float = THRESHOLDS.inner_step_s,
 ) -> CompiledKernel:
@@ -56,6 +57,8 @@ def cached_kernel(
         Whether the kernel has to simulate many parameter sets side by side.
     tangent
         Whether the kernel needs sensitivities; a kernel that is not for many sets always has them.
+    starts
+        Indices of the states by whose initial values sensitivities are taken; all where None.
     substeps
         Largest number of sub-steps of an inner step; the kernel's default where None.
     step
@@ -72,12 +75,17 @@ def cached_kernel(
         Where the compiler is missing or fails.
     """
     # a kernel with both, lanes and sensitivities, serves every request and is looked up first
-    both = cache_folder("kernels") / f"{equations.formula_digest}-{generator()}-{substeps or 'default'}-{step!r}.json"
+    about = f"{substeps or 'default'}-{step!r}"
+    if starts is not None and len(starts) < len(equations.states):
+        about += f"-{'.'.join(map(str, starts))}"
+    both = cache_folder("kernels") / f"{equations.formula_digest}-{generator()}-{about}.json"
     own = both.with_name(f"{both.stem}-{'one' if not many else 'flat'}.json")
     known = _load_record(equations, both, step) or (None if many and tangent else _load_record(equations, own, step))
     if known is not None:
         return known
-    made = CompiledKernel.of(equations, many=many, substeps=substeps, tangent=tangent or not many, step=step)
+    made = CompiledKernel.of(
+        equations, many=many, substeps=substeps, tangent=tangent or not many, starts=starts, step=step
+    )
     seal(
         write_json(
             both if many and tangent else own,

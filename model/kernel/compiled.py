@@ -280,7 +280,8 @@ class CompiledKernel:
         dy = np.full((times.size, self._sizes[3], columns), np.nan)
         state, h = start.copy(), step or self.kernel.step
         # ∂x₀/∂p = 0 and ∂x₀/∂x₀ = 1
-        slopes = np.hstack((np.zeros((state.size, columns - state.size)), np.eye(state.size)))
+        starts = self.kernel.starts
+        slopes = np.hstack((np.zeros((state.size, columns - len(starts))), np.eye(state.size)[:, starts]))
         for rows in pieces(times, h):
             size = rows.stop - rows.start
             done = _load(self.path).hk_simulate_tangent(

@@ -48,6 +48,12 @@ class Kernel:
     columns: tuple[str, ...]
     step: float = THRESHOLDS.inner_step_s
 
+    @property
+    def starts(self) -> list[int]:
+        """Indices of the states whose initial values have a column of their own, in the order of the columns."""
+        names = [f"{state.id}_0" for state in self.equations.states]
+        return [names.index(column) for column in self.columns[len(self.equations.parameters) :]]
+
 
 def template(name: str) -> str:
     """Return the text of a fixed part of the kernel, by its file name.
@@ -164,7 +170,13 @@ class _Formulas:
         return cls((named, len(e.joints), e.definitions, e.rhs, e.rates, outputs, e.mass_matrix), e)
 
 
-def generate(equations: Equations, *, tangent: bool = True, step: float = THRESHOLDS.inner_step_s) -> Kernel:
+def generate(
+    equations: Equations,
+    *,
+    tangent: bool = True,
+    starts: tuple[int, ...] | None = None,
+    step: float = THRESHOLDS.inner_step_s,
+) -> Kernel:
     """Generate the C source of ``equations``.
 
     Parameters
@@ -173,6 +185,8 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = THRESH
         Explicit equations, or implicit ones with a mass matrix.
     tangent
         Whether to generate first-order sensitivities; only explicit equations have them.
+    starts
+        Indices of the states by whose initial values sensitivities are taken; all where None.
     step
         Longest inner step [s].
 
@@ -183,24 +197,24 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = THRESH
     """
     e = equations if equations.mass_matrix is not None else equations.without_definitions()
     tangent = tangent and e.mass_matrix is None
-    source = _print(_Formulas.of(e), tangent)
+    columns = tangent_columns(e, starts) if tangent else ()
+    source = _print(_Formulas.of(e), len(columns))
     return Kernel(
         equations=e,
         source=source,
         digest=hashlib.sha256(f"{step!r}{source}".encode()).hexdigest()[:16],
-        columns=tangent_columns(e) if tangent else (),
+        columns=columns,
         step=step,
     )
 
 
 # The lock postures of a joint share their formulas, and one fit asks for the same kernel several times.
 @lru_cache(maxsize=64)
-def _print(formulas: _Formulas, tangent: bool) -> str:
-    """Print the C source of explicit equations without definitions, or of implicit ones."""
+def _print(formulas: _Formulas, columns: int) -> str:
+    """Print the C source of explicit equations without definitions, or of implicit ones, with so many sensitivities."""
     e = formulas.equations
     rates = [sp.sympify(r) for r in e.rates]
     sizes = {"NX": len(e.states), "NU": len(e.inputs), "NP": len(e.parameters), "NY": len(e.outputs)}
-    columns = tangent_columns(e) if tangent else ()
     head = "\n".join(f"#define HK_{k} {v}" for k, v in sizes.items())
     stiff = ", ".join("0" if r == 0 else "1" for r in rates)
     arguments = "(real t, const real *x, const real *u, const real *p"
@@ -210,15 +224,15 @@ def _print(formulas: _Formulas, tangent: bool) -> str:
         "/* Generated from the equations of the model, do not edit. No text of a file stands here. */",
         template("real.h"),
         head,
-        f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
+        f"#ifndef HK_LANES\n#define HK_NC {columns}\n#endif" if columns else "",
         f"static const int hk_stiff[HK_NX] = {{{stiff}}};",
         f"HK_INLINE void hk_rates{arguments}, real *a) {{\n{assignments(e, rate_targets, rates)}\n}}",
         f"HK_INLINE real hk_coupling{arguments}) {{\n{stiffness}\n    return c;\n}}",
         _plain(e),
-        f"#ifdef HK_NC\n{tangent_source(e)}\n#endif" if tangent else "",
+        f"#ifdef HK_NC\n{tangent_source(e)}\n#endif" if columns else "",
         template("weights.h"),
         _include_stepper("plain", "1"),
-        f"#ifdef HK_NC\n{_include_stepper('tangent', '1 + HK_NC')}\n#endif" if tangent else "",
+        f"#ifdef HK_NC\n{_include_stepper('tangent', '1 + HK_NC')}\n#endif" if columns else "",
         template("subnormals.h"),
         template("interface.c"),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
@@ -11,13 +11,15 @@ from haptid.model.kernel.printing import of_reals, slopes
 from haptid.model.kernel.text import assignments
 
 
-def tangent_columns(equations: Equations) -> tuple[str, ...]:
+def tangent_columns(equations: Equations, starts: Iterable[int] | None = None) -> tuple[str, ...]:
     """Return the names of the sensitivity columns.
 
     Parameters
     ----------
     equations
         Equations of the kernel.
+    starts
+        Indices of the states whose initial values have columns; all where None.
 
     Returns
     -------
@@ -26,7 +28,8 @@ def tangent_columns(equations: Equations) -> tuple[str, ...]:
     """
     if equations.mass_matrix is not None:
         return ()
-    return (*(x.id for x in equations.parameters), *(f"{s.id}_0" for s in equations.states))
+    states = equations.states if starts is None else [equations.states[k] for k in starts]
+    return (*(x.id for x in equations.parameters), *(f"{s.id}_0" for s in states))
 
 
 def _tangent_function(e: Equations, head: str, target: str, expressions: Sequence[sp.Expr]) -> str:

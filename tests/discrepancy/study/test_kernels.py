@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from haptid.discrepancy.study.simulators import Factory
+from haptid.discrepancy.study.simulators import Factory, compile_kernel
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
@@ -66,6 +67,20 @@ def test_a_kernel_is_found_again_on_disk(equations, run, monkeypatch):
     y, dy = again.simulate_tangent(run.t, run.u, theta, x0)
     assert np.isfinite(y).all()
     assert dy.shape == (run.t.size, 1, len(first.kernel.columns))
+
+
+def test_sensitivities_are_taken_by_the_initial_values_that_are_fitted_alone(run):
+    equations = joint_equations(0, friction="maxwell_slip")
+    theta = np.array([q.initial for q in equations.parameters])
+    whole = KernelSimulator.of(equations).simulate(theta, run, sensitivities=True)
+    made = KernelSimulator(equations, compile_kernel(equations)).simulate(theta, run, sensitivities=True)
+    assert equations.starts == (0, 1)
+    assert len(compile_kernel(equations).kernel.columns) == theta.size + 2
+    np.testing.assert_array_equal(made.y, whole.y)
+    np.testing.assert_array_equal(made.dy_dtheta, whole.dy_dtheta)
+    np.testing.assert_array_equal(made.dy_dx0[..., :2], whole.dy_dx0[..., :2])
+    assert np.isnan(made.dy_dx0[..., 2:]).all()
+    assert np.abs(whole.dy_dx0[..., 2:]).max() > 0.0
 
 
 def test_joints_with_the_same_formulas_share_a_kernel(monkeypatch):
