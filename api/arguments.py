@@ -261,6 +261,23 @@ def number_of(argument: str, given: object) -> float | None:
     return float(given)
 
 
+def check_workers(workers: object) -> None:
+    """Refuse a number of workers that is none.
+
+    Parameters
+    ----------
+    workers
+        What the caller gave.
+
+    Raises
+    ------
+    InputError
+        Where it is no whole number from 1 on.
+    """
+    if not isinstance(workers, Integral) or isinstance(workers, bool) or workers < 1:
+        raise InputError("workers", expected="a whole number from 1 on", got=repr(workers))
+
+
 def only_one(wanted: int | None, known: Sequence[int]) -> int:
     """Return the joint that is meant.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -171,8 +171,8 @@ class Campaign:
         Warns
         -----
         CampaignWarning
-            See `read`; also for each position that is counted on, each run that is cut, and a time without a unit that
-            is taken for seconds. These stand in `remarks`, too.
+            See `read`; also for each position that is counted on, each run that is cut, and a time without a unit,
+            which is taken in the only one that the interval of its rows allows. These stand in `remarks`, too.
         """
         with errors_name_arguments():
             tables = frames_by_name(frames)
@@ -228,13 +228,14 @@ class Campaign:
         # The values are those that fits use; which of them were stated is no longer known here.
         return facts.drop(columns=["noise_stated", "resolution_stated"])
 
-    def identify(  # one argument a choice
+    def identify(  # noqa: PLR0913 # one argument a choice
         self,
         joints: int | Sequence[int] | None = None,
         *,
         folder: Path | str | None = None,
         kind: Kind | None = "python",
         options: FitOptions | None = None,
+        workers: int | None = None,
         scheduler: str | None = None,
         fmus: bool = True,
         progress: bool | Listener | None = None,
@@ -252,8 +253,10 @@ class Campaign:
             Packaging of the FMU that the fits run; None runs the compiled kernel in process, with the same results and
             sooner.
         options
-            Choices of the fits, ``FitOptions(starts=8, seed=0, workers=1, …)``. A program that asks for several
-            workers needs ``if __name__ == "__main__":``.
+            Choices of the fits, ``FitOptions(starts=8, seed=0, …)``.
+        workers
+            Processes on this machine; those of ``options``, one as a rule, where None. A program that asks for several
+            needs ``if __name__ == "__main__":``.
         scheduler
             Address of a running Dask scheduler to use instead of processes here.
         fmus
@@ -274,6 +277,8 @@ class Campaign:
             Where a fit fails.
         """
         options = options or FitOptions()
+        if workers is not None:
+            options = replace(options, workers=workers)
         # Nobody sees the report of a temporary folder.
         drawings = Drawings(options.workers if folder is not None else 1)
         with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener, drawings:

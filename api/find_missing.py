@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import get_args
 
-from haptid.api.arguments import check_choice, joints_of, only_one
+from haptid.api.arguments import check_choice, check_workers, joints_of, only_one
 from haptid.api.missing import Missing, write_report
 from haptid.api.place import Place
 from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
@@ -64,6 +64,7 @@ def find_values(  # noqa: PLR0913 # one argument a choice
     """
     joints = joints_of("joint", joint)
     check_choice("kind", kind, get_args(Kind))
+    check_workers(workers)
     values = in_first_postures(values)
     job = Job(
         campaign=values, catalogue=catalogue_without(without, own_effects), out=place.path, kind=kind, seed=seed,

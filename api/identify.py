@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from haptid.api.arguments import check_workers
 from haptid.api.earlier_results import later_results, of_other_data
 from haptid.api.identified import Identified
 from haptid.api.place import Place
@@ -59,6 +60,7 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
     InputError, NumericalError
         As `Campaign.identify`.
     """
+    check_workers(options.workers)
     device = device_of(values)
     job = Job(
         campaign=values,

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 
-from haptid.api.arguments import errors_name_arguments, only_one
+from haptid.api.arguments import check_workers, errors_name_arguments, only_one
 from haptid.api.place import Place, lock_place, require_result, word_origin
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
@@ -418,6 +418,7 @@ def sample_values(  # noqa: PLR0913 # one argument a choice
     InputError, NumericalError
         As `Campaign.posterior`.
     """
+    check_workers(workers)
     device = device_of(values)
     sampling = replace(QUICK if quick else SamplingOptions(), seed=seed)
     options = InferOptions(sampling=sampling, noise_given=values.noise_given, sensitivity=sensitivity, short=quick)

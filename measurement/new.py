@@ -32,7 +32,7 @@ from haptid.measurement.making.prepared import (
     prepare_tables,
 )
 from haptid.measurement.making.stated_rate import with_time_of_rate
-from haptid.measurement.making.times import assume_seconds, with_seconds
+from haptid.measurement.making.times import assume_time, with_seconds
 from haptid.measurement.making.users_places import name_users_places
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.naming.encoder_counts import refuse_open_counts
@@ -49,6 +49,8 @@ from haptid.support.errors import LONGEST, InputError, one_line, shorten
 from haptid.support.files.files import is_file, write_bytes, write_text
 from haptid.support.numbers import count_of
 
+SPREADSHEETS = (".xlsx", ".xls", ".ods")
+"""Ends of files that are tables to their user, and no text."""
 LONGEST_LIST = 160
 """Characters of a list of files in a line for the user."""
 
@@ -84,7 +86,7 @@ def make_campaign(
     refuse_overwrite(out)
     stated = parse_map(maps)
     tables, layouts = _tables(folder, stated)
-    tables, timed = _assume_seconds(tables, stated)
+    tables, timed = _assume_times(tables, stated)
     yes, assumed = bool(flags.pop("yes", False)), list[str]()
     asks, given = _can_ask() and not yes, dict(flags)
     if yes:
@@ -94,10 +96,10 @@ def make_campaign(
     if not asks:
         given, counted = assume_step(tables, stated, given)
         assumed += counted
-    assumed += timed
     if asks:
-        answers, prepared = ask_until_agreed(folder, tables, given, stated, layouts)
+        answers, prepared = ask_until_agreed(folder, tables, given, stated, [*layouts, *timed])
     else:
+        assumed += timed
         answers = answers_of(folder, tables, given, stated)
         with _all_that_lacks(tables, answers, origin=given["measured"] is not None):
             if answers.resolution is None:
@@ -251,13 +253,11 @@ def _read_further(table: Table, layout: str, stated: Mapping[str, Target]) -> tu
     return table, ", ".join(words for words in (layout, dates, counted) if words)
 
 
-def _assume_seconds(tables: list[Table], stated: dict[str, Target]) -> tuple[list[Table], list[str]]:
-    """Return the tables with times in seconds where no unit is known, and a sentence on each name of such a time."""
-    read = [assume_seconds(table, stated) for table in tables]
-    columns = dict.fromkeys(column for _, column in read if column)
-    return [table for table, _ in read], [
-        f"{column!r} is in seconds (in milliseconds: --map '{column}=time_s*0.001')" for column in columns
-    ]
+def _assume_times(tables: list[Table], stated: dict[str, Target]) -> tuple[list[Table], list[str]]:
+    """Return the tables with times in seconds where a name has no unit, and a sentence on each such name and unit."""
+    read = [assume_time(table, stated) for table in tables]
+    assumed = dict.fromkeys(one for _, one in read if one is not None)
+    return [table for table, _ in read], [f"{one.column!r} is in {one.words} ({one.other})" for one in assumed]
 
 
 def _layout_lines(read: list[tuple[Table, str]]) -> list[str]:
@@ -282,6 +282,9 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
             raise InputError(
                 str(folder / texts[0]), expected="a table", got="no line of names above numbers", todo=todo
             )
+        sheets = sorted(path.name for path in folder.iterdir() if path.suffix.lower() in SPREADSHEETS)
+        if sheets:
+            raise InputError(str(folder / sheets[0]), expected=expected, got="a spreadsheet", todo="save it as CSV")
         raise InputError(str(folder), expected=expected, got="none")
     names = [one.table.file_name for one in read]
     for name in names:

@@ -39,6 +39,8 @@ from haptid.support.errors import InputError, one_line
 from haptid.support.suggestion import did_you_mean
 
 TABLES = ("campaign", "sensor", "joint", "runs")
+RESULTS = ("identification.json", "posterior.json")
+"""Files by which a folder is known for one with results, which is easily named for that of a campaign."""
 
 
 def read_campaign(folder: Path | str | None = None) -> Campaign:
@@ -159,6 +161,8 @@ def open_source(folder: Path, tables: Sequence[str]) -> TomlSource:
     path = folder / "campaign.toml"
     if not path.is_file():
         todo = f"make it with {word_command('init', 'measurement.new')} {folder} --out NEW_FOLDER"
+        if any((folder / name).is_file() for name in RESULTS):
+            todo = "this folder holds results: name that of the campaign they were made of"
         raise InputError(str(path), expected="the file that describes the campaign", got="no such file", todo=todo)
     source = TomlSource.parse(path)
     for name in source.data:

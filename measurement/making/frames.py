@@ -14,7 +14,7 @@ from haptid.measurement.format.reading import campaign_from
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.making.answers import Answers
 from haptid.measurement.making.prepared import describe_campaign, prepare_tables
-from haptid.measurement.making.times import assume_seconds, has_time, is_time, with_seconds
+from haptid.measurement.making.times import assume_time, has_time, is_time, with_seconds
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.tables.table import Table
 from haptid.measurement.thresholds import THRESHOLDS
@@ -69,11 +69,13 @@ def campaign_from_frames(
     told: dict[str, list[str]] = {}
     """Names of the runs by what was done to them."""
     for name, frame in frames.items():
-        table, column = assume_seconds(with_seconds(table_of(name, frame), answers.stated)[0], answers.stated)
+        table, assumed = assume_time(with_seconds(table_of(name, frame), answers.stated)[0], answers.stated)
         _refuse_time_in_index(table, frame, answers.stated)
         tables.append(table)
-        if column:
-            taken = f"column {column!r} is taken for seconds, as it has no unit; columns= states another"
+        if assumed is not None:
+            taken = (
+                f"column {assumed.column!r} is taken for {assumed.words}, as it has no unit; columns= states another"
+            )
             told.setdefault(taken, []).append(name)
     prepared = prepare_tables(tables, known, mend=False)
     content = describe_campaign(prepared, answers, device)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -12,7 +12,7 @@ import pandas as pd
 
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import QUANTITIES, understand_column
-from haptid.measurement.tables.misnamed import looks_like_time
+from haptid.measurement.tables.misnamed import TIME_UNITS, likely_time_units, looks_like_time
 from haptid.measurement.tables.table import (
     DOTTED_DATE,
     ISO_DATE,
@@ -27,6 +27,7 @@ from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
 
 TIME = "time_s"
+UNITS_OF_TIME = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 COUNTER = 2.0**32
 """Ticks after which a counter of 32 bits begins anew [1]."""
 DAY_S = 86400.0
@@ -96,8 +97,39 @@ def with_seconds(table: Table, stated: Collection[str] = ()) -> tuple[Table, str
     return replace(table, frame=frame), f"dates in {column!r}, read as seconds from the first row"
 
 
-def assume_seconds(table: Table, stated: Mapping[str, Target]) -> tuple[Table, str]:
-    """Take a time without a unit for seconds, where its rows are as far apart as those of a joint may be in seconds.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssumedTime:
+    """A time whose unit the interval of its rows tells.
+
+    Parameters
+    ----------
+    column
+        The user's name of it.
+    unit
+        Symbol of the unit.
+    seconds
+        Seconds of one of it, as they are written.
+    """
+
+    column: str
+    unit: str
+    seconds: str
+
+    @property
+    def words(self) -> str:
+        """The unit in words."""
+        return UNITS_OF_TIME[self.unit]
+
+    @property
+    def other(self) -> str:
+        """What says another unit, for an option ``--map``."""
+        (unit, seconds), *_ = [one for one in TIME_UNITS if one[0] != self.unit]
+        name = TIME if float(seconds) == 1.0 else f"{TIME}*{seconds}"
+        return f"in {UNITS_OF_TIME[unit]}: --map '{self.column}={name}'"
+
+
+def assume_time(table: Table, stated: Mapping[str, Target]) -> tuple[Table, AssumedTime | None]:
+    """Read a time without a unit in the only one in which its rows are as far apart as those of a joint may be.
 
     Parameters
     ----------
@@ -109,16 +141,29 @@ def assume_seconds(table: Table, stated: Mapping[str, Target]) -> tuple[Table, s
     Returns
     -------
     table : Table
-        The table itself where it has another time, several of that kind, or one that is not likely in seconds.
-    column : str
-        The user's name of the column; empty where nothing was assumed.
+        With a time in seconds; the table itself where it has another time, several of that kind, or one that may be in
+        several units.
+    assumed : AssumedTime or None
+        None where nothing was assumed.
     """
     known = {target.name for target in stated.values()}
     known |= {target.name for column in table.columns if (target := understand_column(column, 1.0)) is not None}
     bare = [column for column in table.columns if is_bare_time(column) and column not in stated]
-    if TIME in known or TIME in table.columns or len(bare) != 1 or not _may_be_seconds(table.loosely(bare[0])):
-        return table, ""
-    return replace(table, frame=table.frame.rename(columns={bare[0]: TIME})), bare[0]
+    if TIME in known or TIME in table.columns or len(bare) != 1:
+        return table, None
+    (column,) = bare
+    t = table.loosely(column)
+    found = _only_unit(t)
+    if found is None:
+        return table, None
+    unit, seconds = found
+    frame = table.frame
+    if float(seconds) != 1.0:
+        # A cell that is no number stays as it is, so that the error of the later reading shows it.
+        converted = pd.Series(t * float(seconds), index=frame.index).astype(object)
+        frame = frame.assign(**{column: converted.where(np.isfinite(t), frame[column].astype(object))})
+    assumed = AssumedTime(column=column, unit=unit, seconds=seconds)
+    return replace(table, frame=frame.rename(columns={column: TIME})), assumed
 
 
 def is_bare_time(column: str) -> bool:
@@ -137,12 +182,16 @@ def is_bare_time(column: str) -> bool:
     return bool(words) and all(QUANTITIES.get(word) == "time" for word in words)
 
 
-def _may_be_seconds(t: Array) -> bool:
+def _only_unit(t: Array) -> tuple[str, str] | None:
+    """Return the unit that the interval of the rows tells, with its seconds; None where it may be several, or none."""
     intervals = np.diff(t[np.isfinite(t)])
     if intervals.size == 0 or np.any(intervals < 0.0):
-        return False
+        return None
     usual = float(np.median(intervals))
-    return THRESHOLDS.shortest_likely_row_interval_s <= usual <= THRESHOLDS.longest_usual_row_interval_s
+    if THRESHOLDS.shortest_likely_row_interval_s <= usual <= THRESHOLDS.longest_usual_row_interval_s:
+        return TIME_UNITS[0]
+    likely = likely_time_units(usual)
+    return likely[0] if len(likely) == 1 else None
 
 
 def with_counter_counted_on(table: Table, targets: Mapping[str, Target]) -> tuple[Table, str]:

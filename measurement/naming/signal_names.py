@@ -46,7 +46,7 @@ LIKELY_COLUMNS: dict[str, tuple[tuple[str, str], ...]] = {
         (rf"force|{_elsewhere('force')}", "force_{}_N"),
         (rf"{_ALONE.format('ma')}", "current_{}_A*0.001"),
         (rf"current|amp|{_ALONE.format('(?:i|iq|a)')}|{_elsewhere('current')}", "current_{}_A"),
-        (rf"volt|{_elsewhere('voltage')}", "voltage_{}_V"),
+        (rf"volt|[\[(]\s*v\s*[\])]\s*$|{_elsewhere('voltage')}", "voltage_{}_V"),
         (r"(?:duty|pwm).*(?:%|pct|percent)", "duty_{}*0.01"),
         (r"duty|pwm", "duty_{}*?"),
         (

@@ -24,8 +24,8 @@ QUANTITIES: dict[str, str] = {
     "encoder": "position", "enc": "position",
     "velocity": "velocity", "vel": "velocity", "speed": "velocity", "omega": "velocity", "qd": "velocity",
     "dq": "velocity",
-    "torque": "torque", "tau": "torque", "effort": "torque", "moment": "torque",
-    "force": "force",
+    "torque": "torque", "tau": "torque", "moment": "torque",
+    "force": "force", "effort": "effort",
     "current": "current", "i": "current", "iq": "current",
     "voltage": "voltage", "duty": "duty", "pwm": "duty",
     "temperature": "temperature", "temp": "temperature",
@@ -50,6 +50,8 @@ FORMS: dict[tuple[str, str], str] = {
     ("reference velocity", "m_s"): "reference_velocity_{}_m_s",
     ("torque", "Nm"): "torque_{}_Nm",
     ("force", "N"): "force_{}_N",
+    ("effort", "Nm"): "torque_{}_Nm",
+    ("effort", "N"): "force_{}_N",
     ("current", "A"): "current_{}_A",
     ("voltage", "V"): "voltage_{}_V",
     ("duty", ""): "duty_{}",
@@ -61,7 +63,9 @@ COMMANDS = frozenset({"command", "commanded", "cmd"})
 """Words that make a reference of a position; a torque that is commanded is the torque."""
 MEASURED = frozenset({"measured", "meas", "actual", "act", "feedback", "present", "istwert"})
 """Words that say that a column was measured."""
-FILLERS = frozenset({"joint", "motor", "axis", "value", "wert"}) | MEASURED | COMMANDS
+FILLERS = frozenset({
+    "joint", "motor", "axis", "value", "wert", "achse", "gelenk", "moteur", "axe", "motore", "asse", "eje",
+}) | MEASURED | COMMANDS  # fmt: skip
 """Words that change nothing of what a column holds."""
 MEASURED_IN: dict[str, str] = {"rad": "position", "rad_s": "velocity", "Nm": "torque", "A": "current"}
 """Quantity that a unit tells where a name says no more than that it was measured, as ``Istwert [°]``."""

@@ -17,6 +17,7 @@ from click.testing import CliRunner
 import haptid
 from haptid import Campaign, FitOptions, Identified, InputError
 from haptid.command_line import main
+from haptid.identification.job.job import Job
 from haptid.identification.run import main as identify
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.model.device.reader import load_device
@@ -366,6 +367,12 @@ def test_a_date_that_is_no_time_is_told_what_a_program_does(frames):
         Campaign.from_frames({"a": table.assign(time_s=times)})
 
 
+def test_a_time_without_unit_in_milliseconds_is_told(frames):
+    with pytest.warns(CampaignWarning, match=r"^a: column 't' is taken for milliseconds, as it has no unit"):
+        campaign = Campaign.from_frames({"a": frames["a"].rename(columns={"t (ms)": "t"})})
+    assert campaign.runs[0].t == pytest.approx(Campaign.from_frames({"a": frames["a"]}).runs[0].t, abs=1e-12)
+
+
 def test_a_time_without_unit_is_taken_for_seconds_and_told(frames):
     bare = {"a": frames["a"].assign(**{"t (ms)": frames["a"]["t (ms)"] / 1e3}).rename(columns={"t (ms)": "t"})}
     with pytest.warns(CampaignWarning, match=r"^a: column 't' is taken for seconds, as it has no unit"):
@@ -384,7 +391,7 @@ def test_a_time_without_unit_is_taken_for_seconds_and_told(frames):
             {"Angle 0 (deg)": "Angle", "Torque 0 (Nmm)": "M"},
             'use columns={"M": "torque_0_Nm", "Angle": "position_0_rad"} (radians; degrees: position_0_rad*0.0174533)',
         ),
-        ({"t (ms)": "Time"}, 'no time: use columns={"Time": "time_s*0.001"}'),
+        ({"t (ms)": "When"}, 'no time: name a column, as in columns={"When": "time_s"}'),
         (
             {"Torque 0 (Nmm)": "Torque (dyn cm)"},
             """use columns={"Torque (dyn cm)": "torque_0_Nm*FACTOR"} (FACTOR: Nm of one 'dyn cm')""",
@@ -398,21 +405,26 @@ def test_what_lacks_is_shown_as_python_with_a_column_of_the_table(frames, names,
     assert str(caught.value).endswith(told)
 
 
+def in_steps_of(frame: pd.DataFrame, interval: float) -> pd.DataFrame:
+    """Return a table with a time without unit whose rows are so far apart."""
+    table = frame.rename(columns={"t (ms)": "t"})
+    return table.assign(t=table["t"] * interval / np.median(np.diff(table["t"])))
+
+
+@pytest.mark.parametrize(("interval", "unit"), [(2.0, "milli"), (2e3, "micro"), (2e6, "nano")])
+def test_the_unit_of_a_bare_time_is_the_only_one_of_its_rows_interval(frames, interval, unit):
+    with pytest.warns(CampaignWarning, match=f"^a: column 't' is taken for {unit}seconds, as it has no unit"):
+        campaign = Campaign.from_frames({"a": in_steps_of(frames["a"], interval)})
+    assert np.median(np.diff(campaign.runs[0].t)) == pytest.approx(2e-3)
+
+
 @pytest.mark.parametrize(
-    ("factor", "told"),
-    [
-        (1.0, '"time_s*0.001"}'),
-        (1e3, '"time_s*1e-06"}'),
-        (1e6, '"time_s*1e-09"}'),
-        (100.0, '"time_s"} (s; ms: time_s*0.001)'),
-        (2e5, '"time_s*0.001"} (ms; us: time_s*1e-06)'),
-    ],
+    ("interval", "told"),
+    [(0.2, '"time_s"} (s; ms: time_s*0.001)'), (400.0, '"time_s*0.001"} (ms; us: time_s*1e-06)')],
 )
-def test_the_unit_of_a_bare_time_is_chosen_by_the_interval_of_its_rows(frames, factor, told):
+def test_a_bare_time_that_may_be_in_two_units_is_asked_for(frames, interval, told):
     """Microseconds were told to be milliseconds."""
-    table = frames["a"].rename(columns={"t (ms)": "t"})
-    usual = 2.0 if factor not in (100.0, 2e5) else {100.0: 0.2, 2e5: 400.0}[factor] / factor
-    table["t"] *= factor * usual / np.median(np.diff(table["t"]))
+    table = in_steps_of(frames["a"], interval)
     with pytest.raises(InputError) as caught:
         Campaign.from_frames({"a": table})
     assert str(caught.value).endswith(f'no time: use columns={{"t": {told}')
@@ -500,6 +512,27 @@ def test_a_posterior_without_its_extra_names_the_extra(frames, monkeypatch):
         InputError, match=r"^posterior: expected an environment with the extra 'posterior', got no arviz"
     ):
         Campaign.from_frames(frames).posterior()
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5, "2", True])
+@pytest.mark.parametrize("call", ["identify", "posterior", "find_missing"])
+def test_workers_that_are_none_are_refused(frames, call, workers):
+    with pytest.raises(InputError, match=r"^workers: expected a whole number from 1 on, got "):
+        getattr(Campaign.from_frames(frames), call)(workers=workers)
+
+
+def test_workers_of_a_call_go_before_those_of_its_options(frames, monkeypatch):
+    asked: list[int] = []
+
+    def stop(job: Job, *_: object) -> None:
+        asked.append(job.options.workers)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("haptid.api.identify.identify", stop)
+    for workers in (None, 3):
+        with pytest.raises(KeyboardInterrupt):
+            Campaign.from_frames(frames).identify(options=QUICK.but(workers=2), workers=workers)
+    assert asked == [2, 3]
 
 
 def test_a_folder_in_use_is_refused(frames, tmp_path):

@@ -476,6 +476,16 @@ def test_new_takes_a_time_without_unit_for_seconds_and_says_so(tables, tmp_path)
     assert read_campaign(tmp_path / "other").runs[0].t[1] == pytest.approx(5e-6)
 
 
+def test_new_says_what_a_spreadsheet_has_to_become(tables, tmp_path):
+    for path in tables.iterdir():
+        path.rename(path.with_suffix(".XLSX"))
+    result = run_new(tables, "--out", tmp_path / "made", "--measured")
+    assert result.exit_code == 2
+    assert re.search(
+        r"one\.XLSX: expected tables that end in \.csv.*, got a spreadsheet; save it as CSV$", result.stderr
+    )
+
+
 def test_new_does_not_overwrite(tables, folder):
     before = folder.toml.read_bytes()
     result = run_new(tables, "--out", folder.path, "--measured", *MAPS)

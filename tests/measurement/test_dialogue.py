@@ -205,7 +205,7 @@ def test_a_time_whose_rows_tell_its_unit_is_not_asked_for(tables: Path, talk):
         frame.assign(stamp=1000 * frame["stamp"]).to_csv(path, index=False)
     done = talk(tables, FACTS + "torque_0_Nm\nposition_0_rad\n" + SENSOR + "y\n")
     assert done.exit_code == 0, done.output
-    assert "stamp is time_s, × 0.001" in done.output
+    assert "'stamp' is in milliseconds (in seconds: --map 'stamp=time_s')" in done.output
     np.testing.assert_allclose(read_campaign(tables.parent / "made").runs[0].t, T, atol=1e-12)
 
 

@@ -89,6 +89,8 @@ def test_missing_folder(tmp_path):
 def test_missing_campaign_toml(folder):
     folder.toml.unlink()
     fault(folder, r"campaign\.toml: .*got no such file; make it with haptid init")
+    (folder.path / "identification.json").write_text("{}")
+    fault(folder, r"got no such file; this folder holds results: name that of the campaign they were made of")
 
 
 def test_joint_beyond_the_device(folder):

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from haptid.measurement.making.logged_table import read_logged_table
-from haptid.measurement.making.times import assume_seconds, with_counter_counted_on, with_seconds
+from haptid.measurement.making.times import assume_time, with_counter_counted_on, with_seconds
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.tables.table import Table, read_table
 from haptid.support.errors import InputError
@@ -82,7 +82,9 @@ def test_durations_of_parquet(tmp_path: Path):
         ({"Time": 0.002}, "Time"),
         ({"timestamp": 0.01}, "timestamp"),
         ({"elapsed_time": 0.01, "torque_0_Nm": 1.0}, "elapsed_time"),
-        ({"t": 2.0}, ""),  # as milliseconds are
+        ({"t": 2.0}, "t"),  # as milliseconds are
+        ({"t": 2000.0}, "t"),  # as microseconds are
+        ({"t": 0.2}, ""),  # of 0.2 ms or of 0.2 s
         ({"t": 5e-7}, ""),  # as hours are
         ({"t": -0.002}, ""),
         ({"t": 0.002, "Time (ms)": 2.0}, ""),
@@ -93,14 +95,22 @@ def test_durations_of_parquet(tmp_path: Path):
         ({"stated": 0.002, "Time": 0.002}, ""),
     ],
 )
-def test_a_time_without_a_unit_is_in_seconds_where_that_is_likely(
-    tmp_path: Path, columns: dict[str, float], taken: str
-):
+def test_a_time_without_a_unit_is_in_the_only_one_that_is_likely(tmp_path: Path, columns: dict[str, float], taken: str):
     frame = pd.DataFrame({name: 1.7e9 + step * np.arange(ROWS) for name, step in columns.items()})
     table = Table(path=tmp_path, frame=frame, in_memory=True)
-    made, column = assume_seconds(table, {"stated": Target(name="time_s")} if "stated" in columns else {})
-    assert column == taken
+    made, assumed = assume_time(table, {"stated": Target(name="time_s")} if "stated" in columns else {})
+    assert ("" if assumed is None else assumed.column) == taken
     assert list(made.columns) == ["time_s" if name == taken else name for name in columns]
+    if taken:
+        assert np.diff(made.numbers("time_s")) == pytest.approx(2e-3 if columns[taken] != 0.01 else 0.01, rel=1e-3)
+
+
+def test_a_cell_that_is_no_number_stays_where_a_unit_was_assumed(tmp_path: Path):
+    frame = pd.DataFrame({"Zeit": ["0", "4", "x", "12"]})
+    made, assumed = assume_time(Table(path=tmp_path, frame=frame, in_memory=True), {})
+    assert assumed is not None
+    assert (assumed.unit, assumed.other) == ("ms", "in seconds: --map 'Zeit=time_s'")
+    assert made.frame["time_s"].tolist() == [0.0, 0.004, "x", 0.012]
 
 
 def test_dates_with_dots_are_of_the_day_that_comes_first(tmp_path: Path):

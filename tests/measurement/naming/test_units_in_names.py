@@ -61,6 +61,8 @@ DEG = math.pi / 180
         ("Drehmoment (kNm)", "torque_0_Nm", 1e3),
         ("commanded torque (Nm)", "torque_0_Nm", 1.0),
         ("Force (N)", "force_0_N", 1.0),
+        ("Effort moteur (N)", "force_0_N", 1.0),
+        ("effort axe 1 [mN m]", "torque_1_Nm", 1e-3),
         ("motor current (mA)", "current_0_A", 1e-3),
         ("i_mA", "current_0_A", 1e-3),
         ("pwm %", "duty_0", 1e-2),
