@@ -221,6 +221,8 @@ class Thresholds:
     """Actual over predicted decrease of the cost [1] above which a step is accepted."""
     most_halvings_of_inner_step: int = 3
     """Largest number of times that the model's own inner step is halved for a result [1]."""
+    most_halvings_of_whole_step: int = 7
+    """The same for the whole device, whose joints move each other through friction that was rigid in each alone."""
     largest_inner_step_error_over_residual: float = 0.1
     """Largest error of the residual by an inner step, as a share of the residual's norm [1]: a coarser one than the
     model's own is used up to it, and a finer one above it."""
@@ -269,6 +271,9 @@ class Thresholds:
     over the travel [1], up to which gravity and spring are identified whatever their value: what drives repeat."""
     standard_errors_of_interval: float = 1.96
     """Standard deviations from the estimate to the ends of a 95 % interval [1]."""
+    largest_unseen_presliding: float = 0.1
+    """Length of presliding over the standard deviation of the mean of all rows [1] below which it is not seen:
+    reversals add up what each shifts, and a rigid joint is fitted with ever stiffer bristles."""
     largest_chi_squared_of_no_gravity: float = 5.99
     """Wald statistic of both gravity parameters [1] up to which no gravity is seen: 95 % of χ² with two degrees of
     freedom."""

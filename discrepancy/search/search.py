@@ -172,7 +172,9 @@ def _finish_instead(other: OtherLaw, begun: Begun, asked: Begun, tell: Progress)
     """Search beside another friction law, but for the little that is left where a law is only near the machine's."""
     highest = max((score.T for score in begun.first.scores), default=0.0)
     little = THRESHOLDS.search.least_share_of_all_under_observer * (asked.white.chi2 - asked.study.rows)
-    if begun.start.passes and not begun.start.adequate and highest < little:
+    alone = begun.start.passes and not begun.start.adequate and highest < little
+    # A scatter beside the law may pass for noise what held-out runs show to be none.
+    if alone and closes_most(other.study, begun.start, asked.start):
         return _with_law_alone(other, begun.start, asked, begun.searcher.simulations)
     return replace(_finish(begun, tell), asked=asked.start)
 

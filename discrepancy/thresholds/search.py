@@ -121,6 +121,12 @@ class SearchThresholds:
     least_share_of_all_under_observer: float = 0.005
     """The same as a share of the nominal model's excess [1]: what is left beside effects whose formulas are only near
     those of the machine is not searched on."""
+    largest_share_of_hidden_signature: float = 0.03
+    """Share of a signature's norm off the tangent space of the nominal model below which its score is not trusted [1].
+
+    Signatures are differences of simulations. Beside rigid friction a cubic spring, which gravity and spring follow but
+    for 0.009, scored the 13th part of what its fit took.
+    """
     most_effects_under_observer: int = 4
     """Largest number of effects that are chosen under the observer."""
     largest_left_of_noise_under_observer: float = 1.3

@@ -293,7 +293,7 @@ def _of(parameters: Mapping[str, Any], test: str, campaign: str) -> Identified:
 
 
 def inner_step_of(identification: Mapping[str, Any], joint: int | None = None) -> float:
-    """Return the inner step that the fits of a result needed.
+    """Return the inner step that the fits of a result needed, and the whole device.
 
     Parameters
     ----------
@@ -309,6 +309,8 @@ def inner_step_of(identification: Mapping[str, Any], joint: int | None = None) -
     """
     found = identification["configurations"]
     of_joint = [one for one in found if joint is None or one["free_joints"] == [joint]]
+    if joint is None:
+        of_joint = [*of_joint, identification.get("verification", {})]
     return min((one.get("inner_step_s", MODEL.inner_step_s) for one in of_joint), default=MODEL.inner_step_s)
 
 

@@ -168,6 +168,13 @@ class JointTest:
         """
         return largest_command(self.equations, self.runs) or np.inf
 
+    @property
+    def resolved(self) -> tuple[float, ...]:
+        """Standard deviation of the mean position of all fitted rows, for each joint [rad] ([m])."""
+        fitted = [run for run in self.runs if run.use == "fit"]
+        rows = sum(run.t.size for run in fitted)
+        return tuple(np.min([run.sensor_std for run in fitted], axis=0) / np.sqrt(rows)) if rows else ()
+
     def with_positions(self, found: Fit) -> JointTest:
         """Return the same test with positions for readings, where the fit found encoder zeros.
 
@@ -230,7 +237,9 @@ def _choose_fit(test: JointTest, options: FitOptions, workers: Workers | None) -
     if best.fit.outcome is Outcome.UNEXCITED:
         # Without a scale of the torques no size tells what is absent, and ends of ranges and regimes say nothing.
         return replace(best, fit=best.fit.but(warnings=()))
-    return replace(best, fit=with_absent_terms(best.fit, test.largest_torque))
+    # A fit of the torque has no noise of a position.
+    resolved = () if best.torque_scored else test.resolved
+    return replace(best, fit=with_absent_terms(best.fit, test.largest_torque, resolved))
 
 
 def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
@@ -366,7 +375,7 @@ def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -
     if none is not None:
         found = _with_spring_if_seen(test, fit_closed, equations, found, options)
     wider = _widen_above_noise(test, found, options.but(gains=(0.0,)), workers)
-    found = with_absent_terms(wider, test.largest_torque)
+    found = with_absent_terms(wider, test.largest_torque, test.resolved)
     found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
     return Fitted(fit=found, torque_scored=False, compared=test.compare(found.values))
 

@@ -3,7 +3,8 @@
 1. Estimate physically consistent links from the coefficients of all configurations (`consistent_links`).
 2. Condition springs and friction on the links: where consistent links move a coefficient by Δc from its fitted value,
    the other parameters p of that fit move by C_pc·C_cc⁻¹·Δc, with the covariance C_pp − C_pc·C_cc⁻¹·C_cp; those on a
-   logarithmic scale by that over their value, in their logarithm, and by a factor of e at most.
+   logarithmic scale by that over their value, in their logarithm, and by a factor of e at most. A value that the runs
+   do not tell, alone or with others, stays as it is.
 3. Draw inertial parameters from their belief (`physical_draws`), and springs and friction conditioned on each draw.
 """
 
@@ -16,6 +17,8 @@ import numpy as np
 
 from haptid.identification.links.consistent_links import LinkEstimates, consistent_links
 from haptid.identification.links.physical_draws import physical_draws
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import TOLD_AS_UNCERTAIN
 from haptid.identification.sequence.sequence import joint_values, links_of
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
@@ -65,7 +68,8 @@ def whole_device(
     Returns
     -------
     Whole
-        Springs and friction of a joint are those of the last configuration that fitted them.
+        Springs and friction of a joint are those of the last configuration that fitted them, and of those at the noise
+        where there are any: what a model lacks may have moved the values of the others.
 
     Raises
     ------
@@ -96,8 +100,9 @@ def _joints(
 ) -> dict[str, float]:
     """Return springs and friction by id with the joint's number, given π; drawn where rng is given."""
     result: dict[str, float] = {}
-    # In the order of the fits: a later configuration replaces the values of an earlier one.
-    for step, one in zip(steps, measured, strict=True):
+    # In the order of the fits, those whose values are uncertain first: a later one replaces the values before it.
+    pairs = zip(steps, measured, strict=True)
+    for step, one in sorted(pairs, key=lambda pair: pair[0].fit.outcome not in TOLD_AS_UNCERTAIN):
         result |= joint_values(step.configuration.free_joints, _condition_on(step, one, pi, rng))
     return result
 
@@ -114,7 +119,9 @@ def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Genera
         change = (one.rows @ pi - [fit.values[c.id] for c in one.coefficients]) / std[known]
         gain = C[np.ix_(rest, known)] @ symmetric_inverse(C[np.ix_(known, known)], 1e-10)
         shift, left = gain @ change, left - gain @ C[np.ix_(known, rest)]
-    if rng is not None:
+    if rng is None:
+        shift = np.where(_told(fit, [fit.free[k] for k in rest]), shift, 0.0)
+    else:
         values, vectors = np.linalg.eigh(left)
         shift = shift + vectors @ (np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(len(rest)))
     moved = {}
@@ -122,6 +129,15 @@ def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Genera
         q = fit.equations.parameter(fit.free[k])
         moved[q.id] = _moved(q, fit.values[q.id], float(std[k] * d))
     return restore_orderings(fit.values | moved, fit.equations.orderings, moved)
+
+
+def _told(fit: Fit, ids: Sequence[str]) -> list[bool]:
+    """Say which values the runs tell, alone or in a combination: a shift of the others follows correlations of nothing.
+
+    Stiction that is not seen would come back as a stiction, by the correlation with a coefficient.
+    """
+    combined = {id for one in fit.combinations for id in one.coefficients}
+    return [fit.statuses[id] != "unidentifiable" or id in combined for id in ids]
 
 
 def _moved(q: Quantity, value: float, change: float) -> float:

@@ -6,7 +6,9 @@ holds 0, the term is not ``identified``: it is told as absent, with the end of t
 - spring: Ks, whose equilibrium epos has no meaning without it. Their product Ks·epos is a constant torque, which a
   joint without a spring may have: its interval is told where it does not hold 0;
 - gravity: gravity_cos and gravity_sin together (a joint that slides has only the first);
-- stiction: Fs − Fc, without which the Stribeck velocity vs has no meaning.
+- stiction: Fs − Fc, without which the Stribeck velocity vs has no meaning;
+- presliding: where it ends within far less than the mean of all rows tells, σ/√n, its parameters are those of the inner
+  step and of the noise, whatever the curvature of the cost says.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.parameter_ids import id_suffixes
+from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import symmetric_inverse
 from haptid.support.numbers import plain, write_interval
@@ -32,8 +35,8 @@ NO_SPRING: dict[str, object] = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fix
 """Entries of both parameters that leave a spring out."""
 
 
-def with_absent_terms(fit: Fit, largest: float = np.inf) -> Fit:
-    """Tell spring, gravity and stiction that the data do not need as absent.
+def with_absent_terms(fit: Fit, largest: float = np.inf, resolved: Sequence[float] = ()) -> Fit:
+    """Tell spring, gravity, stiction and presliding that the data do not need as absent.
 
     Parameters
     ----------
@@ -42,6 +45,9 @@ def with_absent_terms(fit: Fit, largest: float = np.inf) -> Fit:
     largest
         Largest torque of the runs [N m], or [N] of a prismatic joint: gravity or stiction whose interval reaches beyond
         is not told as absent, for the runs say nothing of it.
+    resolved
+        Standard deviation of the mean position of all rows, for each joint [rad] ([m]); empty where the fit is none of
+        positions.
 
     Returns
     -------
@@ -63,6 +69,11 @@ def with_absent_terms(fit: Fit, largest: float = np.inf) -> Fit:
         ):
             statuses |= {id: "unidentifiable" for id in absent if statuses.get(id) in ("identified", "at_bound")}
             said += [name + sentence] if absent else []
+        if k < len(resolved):
+            absent, sentence = _presliding(fit, law_named(law), suffix, resolved[k])
+            told = [id for id in absent if statuses[id] == "identified"]
+            statuses |= dict.fromkeys(told, "unidentifiable")
+            said += [name + sentence] if told else []
     return fit.but(statuses=statuses, warnings=tuple(said))
 
 
@@ -199,6 +210,18 @@ def _stiction(fit: Fit, ids: Sequence[str], velocity: str, largest: float) -> tu
     if rise + reach > largest:
         sentence = f"stiction is not told by these runs, whose torque ends at {plain(largest)} {unit}"
     return [stiction, velocity], sentence
+
+
+def _presliding(fit: Fit, law: FrictionLaw, suffix: str, resolved: float) -> tuple[list[str], str]:
+    stiffness = f"{law.roles.stiffness}{suffix}"
+    if not law.roles.stiffness or not _open(fit, [stiffness]):
+        return [], ""
+    length = law.presliding_length(law.values(fit.values, suffix))
+    if length >= THRESHOLDS.largest_unseen_presliding * resolved:
+        return [], ""
+    unit = fit.equations.parameter(stiffness).unit.partition("/")[2]
+    told = f"no presliding is seen: it ends within {plain(length)} {unit}"
+    return _open(fit, [f"{id}{suffix}" for id in law.without_presliding]), told
 
 
 def _reach(fit: Fit, ids: Sequence[str], weights: np.ndarray) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.model.thresholds import THRESHOLDS as MODEL
 
 WholeOutcome = Literal["as_noise", "explained", "uncertain", "unexplained", "diverged"]
 """What a verification says of the whole model: noise alone is left; the parameters' uncertainty explains the rest; it
@@ -113,11 +114,14 @@ class Verification:
         Description of the controller in the campaign.
     assumed
         Ids of parameters without an identified value, which keep the device's first guess.
+    inner_step
+        Inner step that the runs need [s].
     """
 
     runs: tuple[RunCheck, ...]
     law: str = ""
     assumed: tuple[str, ...] = ()
+    inner_step: float = MODEL.inner_step_s
 
     @property
     def outcome(self) -> WholeOutcome | None:
@@ -142,10 +146,12 @@ class Verification:
         Returns
         -------
         dict
-            ``law``, ``assumed``, ``outcome`` (null without a run), and ``runs`` with one entry for each run and mode.
+            ``law``, ``assumed``, ``outcome`` (null without a run), ``runs`` with one entry for each run and mode, and
+            ``inner_step_s`` where the runs need a shorter one than the model's own.
         """
         runs = [_run_json(run) for run in self.runs]
-        return {"law": self.law, "assumed": list(self.assumed), "outcome": self.outcome, "runs": runs}
+        step = {} if self.inner_step == MODEL.inner_step_s else {"inner_step_s": self.inner_step}
+        return {"law": self.law, "assumed": list(self.assumed), "outcome": self.outcome, "runs": runs, **step}
 
 
 FIGURES: Mapping[Mode, str] = {"closed_loop": "closed_rmse", "open_loop": "free_rmse"}

@@ -1,9 +1,11 @@
 """Verification of the whole model: `Device`, identified values and `Run`s with all joints free in, `Verification` out.
 
 1. Build the equations of the whole device and set the values; parameters without one keep their first guess.
-2. Simulate every run under the stated controller, where controller and references are known, and under the recorded
+2. Halve the inner step until its error hides in what the model leaves: friction that is rigid in one joint alone may
+   need a shorter one where all joints move.
+3. Simulate every run under the stated controller, where controller and references are known, and under the recorded
    torques; repeat both for every draw of the values.
-3. Compare with the measured positions: RMS over noise, over the range, and over noise and spread of the draws.
+4. Compare with the measured positions: RMS over noise, over the range, and over noise and spread of the draws.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from haptid.identification.simulators.closed_loop import (
     simulate_closed_loop,
     simulate_recorded,
 )
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import JointCheck, Mode, RunCheck, Verification
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
@@ -27,6 +30,7 @@ from haptid.model.joint.joint_in_device import Effects
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.thresholds import THRESHOLDS as MODEL
 from haptid.support.errors import InputError
 from haptid.support.linear_algebra import column_rms, rms
 from haptid.support.processes.threads import map_threads
@@ -81,13 +85,34 @@ def verify(
     ids = [q.id for q in equations.parameters]
     theta = _theta({q.id: q.initial for q in equations.parameters}, values)
     drawn = [_theta(dict(zip(ids, theta, strict=True)), draw) for draw in draws or ()]
-    checks: list[RunCheck] = []
+    checks, step = list[RunCheck](), MODEL.inner_step_s
     if wanted:
         kernel = cached_kernel(equations)
+        step = _needed_step(kernel, theta, wanted)
+        kernel = kernel.with_step(step)
         for run in wanted:
             checks += _check_run(kernel, [theta, *drawn], run, controller, threads)
     assumed = tuple(q.id for q in equations.parameters if q.id not in values and not q.fixed)
-    return Verification(runs=tuple(checks), law=controller.law if controller else "", assumed=assumed)
+    law = controller.law if controller else ""
+    return Verification(runs=tuple(checks), law=law, assumed=assumed, inner_step=step)
+
+
+def _needed_step(kernel: CompiledKernel, theta: Array, runs: Sequence[Run]) -> float:
+    """Return the longest inner step h whose error y_h − y_{h/2} hides in the residual y − y_{h/2} of every run [s].
+
+    A run of which no step is short enough, as where small errors grow, asks for none.
+    """
+    step = kernel.kernel.step
+    for run in runs:
+        tried, y = step, simulate_recorded(kernel.with_step(step), theta, run)
+        for _ in range(THRESHOLDS.most_halvings_of_whole_step):
+            finer = simulate_recorded(kernel.with_step(tried / 2), theta, run)
+            least = THRESHOLDS.largest_inner_step_error_over_residual * column_rms(run.y - finer)
+            if np.all(column_rms(finer - y) <= least):  # False where a simulation is not finite
+                step = tried
+                break
+            tried, y = tried / 2, finer
+    return step
 
 
 def _theta(base: Mapping[str, float], values: Mapping[str, float]) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -121,6 +121,20 @@ class CompiledKernel:
     def equations(self) -> Equations:
         """The equations from which the kernel was generated."""
         return self.kernel.equations
+
+    def with_step(self, step: float) -> CompiledKernel:
+        """Return the same kernel with another inner step.
+
+        Parameters
+        ----------
+        step
+            Longest inner step [s], where a call states none.
+
+        Returns
+        -------
+        CompiledKernel
+        """
+        return replace(self, kernel=replace(self.kernel, step=step))
 
     @property
     def _sizes(self) -> tuple[int, int, int, int]:

@@ -12,7 +12,15 @@ from dataclasses import dataclass, replace
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.friction_laws import starts_under_law
 from haptid.discrepancy.search.trials.searcher import Searcher
-from haptid.discrepancy.search.under_observer.leads import Lead, UnderObserver, extend_lead, fit_lead, follow_leads
+from haptid.discrepancy.search.under_observer.leads import (
+    Lead,
+    UnderObserver,
+    at_step_under_observer,
+    extend_lead,
+    fit_lead,
+    follow_leads,
+    signatures_about,
+)
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.study.under_law import under_law
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -218,11 +226,21 @@ class _OtherLaw:
         return fit_lead(self.searcher, self.at.study, known.effects, values, self.at.gains, MOST)
 
     def led(self, start: Lead) -> Led:
-        """Choose further effects under this law where more than noise is left; what they extend is released too."""
-        further = follow_leads(self.searcher, self.at, start) if start.is_far(self.at.study.rows) else []
-        rounds = [[start], *further]
+        """Choose further effects under this law where more than noise is left; what they extend is released too.
+
+        They are scored by signatures under this law, at the inner step that it needs. Of an effect that inertia,
+        gravity and spring take upon themselves but for a hundredth, as of a cubic spring, those of another law say
+        nothing, nor those of a step that is too long where dry friction turns its sign.
+        """
+        s, at, rounds = self.searcher, self.at, [[start]]
+        if start.is_far(at.study.rows):
+            study = at_step_under_observer(at)
+            nominal = fit_lead(s, study, (), at.start.fit.values, at.gains)
+            at = replace(at, study=study, start=nominal, found=signatures_about(s, study, nominal))
+            start = fit_lead(s, study, start.effects, start.fit.values, at.gains) if start.effects else nominal
+            rounds = [[start], *follow_leads(s, at, start)]
         leads = tuple(found for found in _worth_releasing(rounds) if found.effects)
-        return Led(law=self.law, at=self.at, leads=leads)
+        return Led(law=self.law, at=at, leads=leads)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -269,7 +287,7 @@ def _best_start(s: Searcher, at: UnderObserver, study: Study, white: Solution) -
 
 
 def _under(s: Searcher, at: UnderObserver, white: Solution, law: str) -> _OtherLaw:
-    """Fit the nominal model under another law; the signatures of the law of the study serve for it."""
+    """Fit the nominal model under another law; the signatures of the law of the study serve until it is chosen."""
     s.tell(f"friction law {law} under the observer")
     study = under_law(at.study, law, white.values)
     catalogue = {key: effect for key, effect in s.catalogue.items() if key in study.catalogue}

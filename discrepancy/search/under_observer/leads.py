@@ -14,7 +14,7 @@ is forgotten after 1/L. So the catalogue can be scored there by linear least squ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 from haptid.discrepancy.candidate.starts import start_values
@@ -24,8 +24,10 @@ from haptid.discrepancy.fit.homotopy import Guided, start_holding_last_shape
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.trials.preliminary_fits import release_fits
 from haptid.discrepancy.search.trials.searcher import Searcher, leaves_much
+from haptid.discrepancy.study.simulators import Factory
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
 
@@ -109,16 +111,20 @@ class UnderObserver:
     start
         Nominal model.
     found
-        Signatures of the catalogue there. They serve beside effects and under other friction laws too: the simulation
-        stays near the readings, whatever the model.
+        Signatures of the catalogue there. They serve beside effects too: the simulation stays near the readings,
+        whatever the model.
     excess
         ‖r‖² beyond noise that the nominal model leaves there under the friction law that was asked for.
+    hidden
+        Keys of effects that the nominal model takes upon itself but for `largest_share_of_hidden_signature`: what is
+        left of a signature is then mostly its own error, so that no score passes over them.
     """
 
     study: Study
     start: Lead
     found: Signatures
     excess: float
+    hidden: frozenset[str]
 
     @property
     def gains(self) -> int:
@@ -146,6 +152,60 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
         lower = start.fit.down_to(THRESHOLDS.search.gains_where_observer_hides)
         s.simulations += (lower.reached.calls - start.fit.reached.calls) * len(study.fitted)
         start = replace(start, fit=lower)
+    found = signatures_about(s, study, start)
+    scores = scan(study, start.fit.linearised(()), found, s.catalogue, tests=1.0).scores
+    most = THRESHOLDS.search.largest_share_of_hidden_signature
+    hidden = frozenset(score.key for score in scores if score.survives < most)
+    return UnderObserver(study=study, start=start, found=found, excess=start.excess(study.rows), hidden=hidden)
+
+
+def at_step_under_observer(at: UnderObserver) -> Study:
+    """Choose the inner step whose error takes no share of what is missing under the observer.
+
+    Parameters
+    ----------
+    at
+        Study and nominal model, at any inner step.
+
+    Returns
+    -------
+    Study
+        At the longest step h, halved from that of ``at``, with ‖(y_h − y_{h/2})/σ‖² below
+        `least_share_of_all_under_observer` of the excess: what is less is not searched on. Sensitivities have that step
+        too, and signatures twice it.
+    """
+    fit, study = at.start.fit, at.study
+
+    def residual(at_finer: Study) -> Array:
+        problem = start_holding_last_shape(at_finer, at.start.effects, fit.values).problem
+        return problem.blocks(fit.reached.x, fit.gain, jacobian=False).residual
+
+    for _ in range(THRESHOLDS.detect.most_step_halvings):
+        step = study.factory.step / 2
+        finer = replace(study, factory=Factory(step, step / THRESHOLDS.study.coarse_step_s))
+        error = residual(finer) - residual(study)
+        if float(error @ error) < THRESHOLDS.search.least_share_of_all_under_observer * at.excess:
+            break
+        study = finer
+    return study
+
+
+def signatures_about(s: Searcher, study: Study, start: Lead) -> Signatures:
+    """Simulate the signatures of the catalogue about a nominal model under the observer.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    study
+        Study at the coarse inner step, under the friction law of the model.
+    start
+        Nominal model.
+
+    Returns
+    -------
+    Signatures
+    """
     effects = scored_alone(s.catalogue)
 
     def count(done: int) -> None:
@@ -154,7 +214,7 @@ def begin_under_observer(s: Searcher, nominal: Solution) -> UnderObserver:
     share = THRESHOLDS.search.share_of_amplitude_under_observer
     found = signatures(study, start.fit.linearised(()), effects, count, gain=start.fit.gain, share=share)
     s.simulations += found.simulations
-    return UnderObserver(study=study, start=start, found=found, excess=start.excess(study.rows))
+    return found
 
 
 def follow_leads(
@@ -281,13 +341,14 @@ def extend_lead(s: Searcher, at: UnderObserver, before: Lead) -> list[Lead]:
     def refit(begun: Lead) -> Lead:
         return fit_lead(s, at.study, begun.effects, begun.fit.values, at.gains)
 
-    best = _best_scores(scored)
+    best, anyway = _best_scores(scored), set[str]()
     if not before.effects:
-        # Their signatures lie at the shapes of a grid, between which a resonance is not seen.
+        # The signatures of resonances lie at the shapes of a grid, between which one is not seen.
+        anyway = {*s.resonances, *at.hidden}
         chosen = {score.key for score in best}
-        best += [score for score in scored if score.key in s.resonances and score.key not in chosen]
+        best += [score for score in scored if score.key in anyway - chosen]
     tried = s.map_all("effects under the observer, first tries", begin, best)
-    made = s.map_all("effects under the observer", refit, list(_promising(s, tried, best)))
+    made = s.map_all("effects under the observer", refit, list(_promising(s, tried, best, anyway)))
     return sorted(made, key=lambda lead: lead.cost)
 
 
@@ -346,8 +407,8 @@ def _best_scores(scored: Sequence[Score]) -> list[Score]:
     return [score for score in by_T if least <= score.T][: THRESHOLDS.search.most_tries_under_observer]
 
 
-def _promising(s: Searcher, tried: Sequence[Lead], by_T: Sequence[Score]) -> Iterator[Lead]:
-    """Yield the best of the models that were begun, those of the best scores, and those of rivals of the best.
+def _promising(s: Searcher, tried: Sequence[Lead], by_T: Sequence[Score], anyway: Set[str]) -> Iterator[Lead]:
+    """Yield the best of the models that were begun, those of the best scores, of rivals of the best, and ``anyway``.
 
     A try may end before a large effect has found its size, so that a few of the best scores go on in any case.
     """
@@ -356,8 +417,8 @@ def _promising(s: Searcher, tried: Sequence[Lead], by_T: Sequence[Score]) -> Ite
     also = {score.key for score in by_T[: THRESHOLDS.search.most_scores_refitted_under_observer]}
     for k, lead in enumerate(by_cost):
         last = lead.effects[-1]
-        shown = last.key in s.resonances
-        if k < THRESHOLDS.search.most_refits_under_observer or last.key in also or last.id in rivals or shown:
+        asked = last.key in also or last.id in rivals or last.key in anyway
+        if k < THRESHOLDS.search.most_refits_under_observer or asked:
             yield lead
 
 

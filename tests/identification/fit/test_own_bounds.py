@@ -239,6 +239,22 @@ def test_intervals_of_a_model_that_does_not_fit_hold_the_truth() -> None:
         assert fit.statuses[id] != "identified", id
 
 
+def test_presliding_far_below_what_all_rows_tell_is_not_identified(fitted: Fitted) -> None:
+    """A rigid joint had a stiffness of 3.4e6 N m/rad and a damping, both `identified`."""
+    fit, mean = fitted.fit, NOISE / np.sqrt(sum(run.t.size for run in runs() if run.use == "fit"))
+    place = fit.index("sigma0")
+    for length, seen in ((mean, True), (0.05 * mean, False)):
+        theta = fit.theta.copy()
+        theta[place] = fit.values["Fs"] / length
+        given = dict.fromkeys(fit.statuses, "identified")
+        told = with_absent_terms(fit.but(theta=theta, statuses=given, warnings=()), resolved=(mean,))
+        assert (told.statuses["sigma0"] == "identified") is seen
+        assert (told.statuses["sigma1"] == "identified") is seen
+        assert any(text.startswith("no presliding is seen: it ends within") for text in told.warnings) is not seen
+        # Of a torque's fit no noise of a position is known.
+        assert with_absent_terms(fit.but(theta=theta, statuses=given)).statuses["sigma0"] == "identified"
+
+
 @pytest.mark.parametrize(
     ("largest", "said"), [(1.0, "no stiction is seen"), (1e-6, "stiction is not told by these runs")]
 )

@@ -1,10 +1,11 @@
 """Large effects that are chosen under the observer, and names that stand though something is left."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from haptid.discrepancy.fit.solution import Solution
@@ -13,7 +14,13 @@ from haptid.discrepancy.search.search import search
 from haptid.discrepancy.search.trials.searcher import Searcher
 from haptid.discrepancy.search.under_observer import laws, leads
 from haptid.discrepancy.search.under_observer.laws import Led, lead_on
-from haptid.discrepancy.search.under_observer.leads import Lead, begin_under_observer, extend_lead, follow_leads
+from haptid.discrepancy.search.under_observer.leads import (
+    Lead,
+    at_step_under_observer,
+    begin_under_observer,
+    extend_lead,
+    follow_leads,
+)
 from haptid.discrepancy.study.simulators import Factory
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -84,6 +91,61 @@ def test_an_effect_of_a_low_score_is_found_by_a_try(tmp_path: Path, monkeypatch:
     assert extend_lead(s, at, at.start)[0].effects[-1].key == low
 
 
+def test_an_effect_that_the_nominal_model_hides_is_fitted_whatever_its_score(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """A cubic spring beside rigid friction, which gravity and spring follow but for a hundredth, was passed over."""
+    hidden = {"amplifier_dead_band": HIDDEN["amplifier_dead_band"]}
+    s, white = tools(study_with(tmp_path / "c", hidden, {key: catalogue()[key] for key in KEYS}))
+    at = begin_under_observer(s, white)
+    scores, low = leads.scan, "amplifier_dead_band:jump"
+
+    def scan_without_score(*args: Any, **more: Any) -> Any:
+        made = scores(*args, **more)
+        return replace(made, scores=tuple(replace(x, T=0.0 if x.key == low else x.T) for x in made.scores))
+
+    monkeypatch.setattr(leads, "scan", scan_without_score)
+    assert low not in {lead.effects[-1].key for lead in extend_lead(s, replace(at, hidden=frozenset()), at.start)}
+    assert extend_lead(s, replace(at, hidden=frozenset({low})), at.start)[0].effects[-1].key == low
+
+
+def test_a_step_under_the_observer_is_halved_until_its_error_is_no_share_of_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    class Problem:
+        def __init__(self, step: float) -> None:
+            self.step = step
+
+        def blocks(self, x: Any, gain: float, *, jacobian: bool) -> Any:  # noqa: ARG002 (as `Problem.blocks`)
+            return SimpleNamespace(residual=np.full(ROWS, 1e3 * self.step))
+
+    def begin(study: Any, effects: Any, values: Any) -> Any:  # noqa: ARG001 (as `start_holding_last_shape`)
+        return SimpleNamespace(problem=Problem(study.factory.step))
+
+    monkeypatch.setattr(leads, "start_holding_last_shape", begin)
+    first = THRESHOLDS.study.coarse_step_s
+    share = THRESHOLDS.search.least_share_of_all_under_observer
+
+    def chosen(steps: int) -> Factory:
+        """Choose a step where halving it so many times makes its error invisible: ‖e‖² = n·(1e3·h/2)²."""
+        excess = 1.01 * ROWS * (1e3 * first / 2**steps / 2) ** 2 / share
+        fit: Any = SimpleNamespace(values={}, gain=6.0, reached=SimpleNamespace(x=None))
+        at: Any = SimpleNamespace(start=Lead(effects=(), fit=fit), study=_Stepped(factory=Factory()), excess=excess)
+        return at_step_under_observer(at).factory
+
+    assert chosen(0) == Factory()
+    assert [chosen(n).step for n in (1, 3)] == [first / 2, first / 8]
+    assert chosen(3).coarse == first / 8
+    assert chosen(20).step == first / 2**THRESHOLDS.detect.most_step_halvings
+
+
+@dataclass(frozen=True)
+class _Stepped:
+    """A study of which only the inner step is known."""
+
+    factory: Factory
+
+
 class _Left:
     """A model under the observer, of which only what it leaves is known."""
 
@@ -123,12 +185,15 @@ def test_the_gain_is_lower_where_the_observer_hides_what_is_missing(
 
     monkeypatch.setattr(leads, "fit_lead", fit)
     monkeypatch.setattr(leads, "signatures", lambda *_, **__: SimpleNamespace(simulations=0))
+    scores = [SimpleNamespace(key=key, survives=left) for key, left in (("cubic_spring", 0.009), ("gain_drift", 0.4))]
+    monkeypatch.setattr(leads, "scan", lambda *_, **__: SimpleNamespace(scores=scores))
     study = SimpleNamespace(rows=ROWS, fitted=(1, 2))
     whole = SimpleNamespace(factory=Factory())
     s: Any = SimpleNamespace(study=whole, side_by_side=lambda _: study, catalogue={}, simulations=0)
     nominal: Any = SimpleNamespace(values={})
     at = begin_under_observer(s, nominal)
     assert at.gains == gains
+    assert at.hidden == {"cubic_spring"}
     assert s.simulations == 2 * (gains - 3)
 
 
