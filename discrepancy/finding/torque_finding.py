@@ -178,12 +178,11 @@ class TorqueFinding:
         if self.verdict in ("named", "ambiguous"):
             return f"Missing in the model: {names}.{self._soundness_sentences}{self._rivals_sentence} {self._measured}"
         if self.verdict == "unlisted":
-            like = (
-                f" It is like {names}, but with it the position strays further from the measured one." if names else ""
-            )
+            lead = "Something is missing that no effect of the catalogue explains."
+            if names:
+                lead += f" It is like {names}, but with it the position strays further from the measured one."
             if self.all_doubted and not self.worsens_position:
-                like = f" It is like {_write_names(effects)}, which the runs do not hold."
-            lead = f"Something is missing that no effect of the catalogue explains.{like}"
+                lead = f"Something is missing, and no name for it is certain. It is like {_write_names(effects)}."
             return f"{lead}{self._soundness_sentences} {self._measured}"
         doubted = _write_names([e for e in effects if e.key in self.doubted])
         unsure = f" Not certain: {doubted}." if doubted else ""

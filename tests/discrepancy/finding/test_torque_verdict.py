@@ -95,7 +95,7 @@ def test_names_stand_alone_only_where_none_is_doubted(doubted: tuple[str, ...], 
     told = {
         "named": "Missing in the model: one (title of one) and two (title of two).",
         "partly_named": "one (title of one); they explain a part. Not certain: two (title of two).",
-        "unlisted": "It is like one (title of one) and two (title of two), which the runs do not hold.",
+        "unlisted": "no name for it is certain. It is like one (title of one) and two (title of two).",
     }
     assert told[verdict] in found.sentence
 
@@ -109,7 +109,7 @@ def test_names_stand_alone_only_where_none_is_doubted(doubted: tuple[str, ...], 
             {"two"},
             "With two a free simulation of unseen runs misses the position by 0.0435 m instead of 0.0329 m",
         ),
-        ({"one", "two"}, set(), "which the runs do not hold. With one and two the inertia would be 0.73 kg instead"),
+        ({"one", "two"}, set(), "(two). With one and two the inertia would be 0.73 kg instead"),
     ],
 )
 def test_what_doubts_a_name_is_told(movers: set[str], worsening: set[str], told: str):
