@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -278,7 +278,7 @@ class Campaign:
         """
         options = options or FitOptions()
         if workers is not None:
-            options = replace(options, workers=workers)
+            options = options.but(workers=workers)
         # Nobody sees the report of a temporary folder.
         drawings = Drawings(options.workers if folder is not None else 1)
         with errors_name_arguments(), lock_place(folder), listener_of(progress) as listener, drawings:

@@ -140,9 +140,12 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
     base = np.array(initial_state(equations, run))
     if not n:
         nominal = np.array([state.nominal for state in equations.states])
-        every = tuple(range(base.size))
         return Start(
-            base=base, states=every, unit=nominal, prior=np.ones(base.size, dtype=bool), guess=np.zeros(base.size)
+            base=base,
+            states=equations.starts,
+            unit=nominal,
+            prior=np.ones(base.size, dtype=bool),
+            guess=np.zeros(base.size),
         )
     states, unit, prior, guess = list(range(n)), list(run.sensor_std), [False] * n, [0.0] * n
     slope, std = first_slopes(run)
@@ -154,7 +157,7 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
         unit += list(width)
         prior += [True] * n
         guess += list(_velocity_guess(run) / width)
-    differing = [k for k, state in enumerate(equations.states) if state.start_std > 0]
+    differing = equations.starts[2 * n :]
     states += differing
     unit += [equations.states[k].start_std for k in differing]
     prior += [True] * len(differing)

@@ -74,18 +74,24 @@ def test_a_name_stands_where_no_other_effect_comes_near_though_something_is_left
     assert judgement.shape.closed > 0.5
 
 
+def score_lowest(monkeypatch: pytest.MonkeyPatch, key: str, share: float) -> None:
+    """Let an effect have a share of the lowest score under the observer."""
+    scores = leads.scan
+
+    def scan(*args: Any, **more: Any) -> Any:
+        made = scores(*args, **more)
+        least = share * min(score.T for score in made.scores)
+        return replace(made, scores=tuple(replace(x, T=least if x.key == key else x.T) for x in made.scores))
+
+    monkeypatch.setattr(leads, "scan", scan)
+
+
 def test_an_effect_of_a_low_score_is_found_by_a_try(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     hidden = {"amplifier_dead_band": HIDDEN["amplifier_dead_band"]}
     s, white = tools(study_with(tmp_path / "c", hidden, {key: catalogue()[key] for key in KEYS}))
     at = begin_under_observer(s, white)
-    scores, low = leads.scan, "amplifier_dead_band:jump"
-
-    def scan_with_a_low_score(*args: Any, **more: Any) -> Any:
-        made = scores(*args, **more)
-        least = 0.5 * min(score.T for score in made.scores)
-        return replace(made, scores=tuple(replace(x, T=least if x.key == low else x.T) for x in made.scores))
-
-    monkeypatch.setattr(leads, "scan", scan_with_a_low_score)
+    low = "amplifier_dead_band:jump"
+    score_lowest(monkeypatch, low, share=0.5)
     limits = replace(THRESHOLDS.search, least_score_share_under_observer=0.0)
     monkeypatch.setattr(leads, "THRESHOLDS", replace(THRESHOLDS, search=limits))
     assert extend_lead(s, at, at.start)[0].effects[-1].key == low
@@ -98,13 +104,8 @@ def test_an_effect_that_the_nominal_model_hides_is_fitted_whatever_its_score(
     hidden = {"amplifier_dead_band": HIDDEN["amplifier_dead_band"]}
     s, white = tools(study_with(tmp_path / "c", hidden, {key: catalogue()[key] for key in KEYS}))
     at = begin_under_observer(s, white)
-    scores, low = leads.scan, "amplifier_dead_band:jump"
-
-    def scan_without_score(*args: Any, **more: Any) -> Any:
-        made = scores(*args, **more)
-        return replace(made, scores=tuple(replace(x, T=0.0 if x.key == low else x.T) for x in made.scores))
-
-    monkeypatch.setattr(leads, "scan", scan_without_score)
+    low = "amplifier_dead_band:jump"
+    score_lowest(monkeypatch, low, share=0.0)
     assert low not in {lead.effects[-1].key for lead in extend_lead(s, replace(at, hidden=frozenset()), at.start)}
     assert extend_lead(s, replace(at, hidden=frozenset({low})), at.start)[0].effects[-1].key == low
 
