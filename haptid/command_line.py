@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from difflib import get_close_matches
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 
@@ -39,13 +39,6 @@ Examples:
 """
 
 
-def _end_interrupted() -> NoReturn:
-    """End the process where Ctrl-C comes before a command can hear it; click would end it by exit code 1."""
-    from haptid.support.installing.environment import end_interrupted  # noqa: PLC0415 (help comes without any import)
-
-    end_interrupted()
-
-
 class Commands(click.Group):
     """A group whose commands are imported when they are called."""
 
@@ -69,26 +62,6 @@ class Commands(click.Group):
             from haptid.support.usage import in_one_line  # noqa: PLC0415 (help comes without any import)
 
             raise in_one_line(error) from None
-        except KeyboardInterrupt:
-            _end_interrupted()
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Import a command and run it, as click does; Ctrl-C while it is imported is one line.
-
-        Parameters
-        ----------
-        ctx
-            Context of the call.
-
-        Returns
-        -------
-        Any
-            What the command returns.
-        """
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:  # a command that runs tells of it itself
-            _end_interrupted()
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 # click's signature
         """List the commands without importing any.

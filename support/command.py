@@ -10,15 +10,12 @@ import functools
 import os
 import select
 import shlex
-import signal
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import Any, ParamSpec, TextIO, TypeVar
 
 import click
@@ -26,35 +23,16 @@ import click
 from haptid.support.errors import LONGEST, HaptidError, InputError, one_line, shorten
 from haptid.support.files.files import check_writable, written
 from haptid.support.files.folder_lock import lock_folder
+from haptid.support.interrupts import INTERRUPTED, TERMINATED, Terminated, interrupts_raise
 from haptid.support.listener import Listener
 from haptid.support.tables import Told
 from haptid.support.terminal import Display, show
 
 P = ParamSpec("P")
 T = TypeVar("T")
-INTERRUPTED, TERMINATED, CLOSED = 130, 143, 141
-"""Exit codes that shells give to commands ended by SIGINT, SIGTERM and SIGPIPE: 128 plus the signal's number."""
+CLOSED = 141
+"""Exit code that shells give to commands ended by SIGPIPE: 128 plus the signal's number."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM, as ``timeout``, a batch system or a container sends it: a command ends as it does on Ctrl-C."""
-
-
-@contextmanager
-def _termination_ends_like_an_interrupt() -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():  # Python sets signal handlers there only
-        yield
-        return
-
-    def end(_number: int, _frame: FrameType | None) -> None:
-        raise Terminated
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
@@ -76,7 +54,7 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
         written.clear()  # files of an earlier command in this process
         try:
-            with _termination_ends_like_an_interrupt():
+            with interrupts_raise():
                 function(*args, **kwargs)
         except HaptidError as error:
             click.echo(f"error: {shorten(one_line(str(error)), LONGEST)}", err=True)

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from haptid.support.command import INTERRUPTED, TERMINATED
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import write_json
+from haptid.support.interrupts import INTERRUPTED, TERMINATED
 from haptid.support.processes.running import Running
 
 ROOT = Path(__file__).parents[2]

@@ -18,6 +18,7 @@ import click
 
 from haptid.support.errors import HaptidError, InputError
 from haptid.support.files.files import json_text
+from haptid.support.interrupts import no_interrupt_is_lost
 from haptid.support.numbers import read_number
 from haptid.support.terminal import is_terminal
 from haptid.support.usage import OneLineCommand
@@ -127,7 +128,7 @@ def call(module: str, function: str, **settings: Any) -> Any:
     """
     # In a log nothing stands before an error, which is one line.
     told = is_terminal(sys.stderr) and not settings.get("quiet", False)
-    with _show_loading() if told else nullcontext():
+    with _show_loading() if told else nullcontext(), no_interrupt_is_lost():
         loaded = _import_work(module)
     return getattr(loaded, function)(**settings)
 

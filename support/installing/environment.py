@@ -17,12 +17,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from types import TracebackType
 from typing import NoReturn
+
+from haptid.support.interrupts import end_at_interrupt
 
 ROOT = Path(__file__).resolve().parents[2]
 VENV_PYTHON = ROOT / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-BAD_SETUP, INTERRUPTED = 2, 130
+BAD_SETUP = 2
 UNFINISHED = "haptid-installation-unfinished"
 """Name of a file beside the installed packages while an installation copies: a killed installation stays marked."""
 
@@ -265,23 +266,6 @@ def in_venv() -> bool:
     return Path(sys.prefix).resolve() == (ROOT / ".venv").resolve()
 
 
-def _report_interruption(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    if not issubclass(kind, KeyboardInterrupt):
-        sys.__excepthook__(kind, error, trace)
-        return
-    end_interrupted()
-
-
-def end_interrupted() -> NoReturn:
-    """End the process, and say in one line that Ctrl-C came before the command itself could hear it.
-
-    It comes while modules are imported, when no command has written anything.
-    """
-    sys.stderr.write("interrupted: nothing was finished yet\n")
-    sys.stderr.flush()
-    os._exit(INTERRUPTED)
-
-
 def ready(extra: str | None = None) -> None:
     """Let ``python -m package.command`` run under an interpreter that has the requirements, or exit with the remedy.
 
@@ -295,7 +279,7 @@ def ready(extra: str | None = None) -> None:
     """
     if sys.argv[:1] != ["-m"] or not in_clone():  # where haptid is installed, its installer saw to it
         return
-    sys.excepthook = _report_interruption
+    end_at_interrupt()
     exit_where_lacking(extra)
 
 

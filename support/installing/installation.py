@@ -31,8 +31,8 @@ from haptid.support.installing.environment import (
     unfinished_mark,
 )
 from haptid.support.installing.lock_file import CORE, DEV, Amount, amount, locked_file
+from haptid.support.interrupts import INTERRUPTED
 
-INTERRUPTED = 130
 USAGE = "usage: python support/bootstrap.py [--dev | --extra NAME] [-m module [arguments]]"
 LAST_LINES = 15
 """Lines of an installer's output that are shown where it fails."""

@@ -9,15 +9,15 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from types import TracebackType
 from typing import Any, TypeVar
 
+from haptid.support.interrupts import interrupts_held_back
+
 T = TypeVar("T")
-_ENDING = (signal.SIGINT, signal.SIGTERM)
 NICENESS = 10
 """Added to the niceness of a gentle worker [1], of which the most is 19."""
 
@@ -101,41 +101,3 @@ def _wait_for_the_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-@contextmanager
-def interrupts_held_back() -> Iterator[None]:
-    """Hold Ctrl-C and SIGTERM back until the end of the block; processes started within never see Ctrl-C.
-
-    Notes
-    -----
-    A new process inherits this thread's signal mask. It imports for seconds before it can set one itself, so the mask
-    has to be in place at its start. The mask alone does not protect this process: the system delivers the signal to
-    another thread (of a progress bar or BLAS), and Python then interrupts the main thread all the same, between the
-    start of a worker and the data that are written to it. So the handlers are replaced as well.
-    """
-    late: list[int] = []
-    ours = _ENDING if threading.current_thread() is threading.main_thread() else ()
-    before = {number: handler for number in ours if callable(handler := signal.getsignal(number))}
-    for number in before:
-        signal.signal(number, lambda number, _frame: late.append(number))
-    try:
-        with _mask_interrupts():
-            yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if late:  # the signal acts now, by the handler that is back in place
-            signal.raise_signal(late[0])
-
-
-@contextmanager
-def _mask_interrupts() -> Iterator[None]:
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

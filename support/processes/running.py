@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
 
-from haptid.support.command import TERMINATED
+from haptid.support.interrupts import TERMINATED
 
 GRACE_S = 10.0
 """Time [s] after SIGTERM in which a command has to end, its workers with it, before it is killed."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from haptid.support.command import TERMINATED
+from haptid.support.interrupts import TERMINATED
 from haptid.support.processes.running import Running
 
 HERE = Path(__file__).parent
