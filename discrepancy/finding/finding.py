@@ -29,6 +29,7 @@ from haptid.discrepancy.search.search import search
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS
@@ -104,6 +105,13 @@ class Finding:
     stability: Mapping[str, float]
     wall_s: float
     errors: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def closes_most(self) -> bool:
+        """Whether named effects, or a friction law, close at least half of the gap in runs that no fit saw."""
+        named = self.judgement.verdict in VERDICTS
+        closed = self.gaps["validate" if "validate" in self.gaps else "fit"].closed_beside_scatter
+        return named and closed is not None and closed >= THRESHOLDS.finding.least_share_closed_in_position
 
 
 @on_one_thread

@@ -18,7 +18,7 @@ from haptid.discrepancy.finding.torque_stages import find_torque
 from haptid.discrepancy.job.job import Job
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, begun_at, study_of, with_positions
-from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_free_rms, read_zeros
+from haptid.discrepancy.torque.choice import read_carried_fit, read_free_rms, read_zeros, residual_of
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, law_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
@@ -33,56 +33,6 @@ from haptid.support.errors import InputError
 from haptid.support.listener import Progress
 
 AnyFinding: TypeAlias = Finding | TorqueFinding | WholeFinding
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SearchByPosition:
-    """Search in the position of one joint, or of several that move together.
-
-    Parameters
-    ----------
-    job
-        What is asked for.
-    study
-        Runs and nominal model, with the fit of an identification where there is one.
-    remark
-        What the reader has to know of the runs; empty where there is nothing.
-    left_out
-        Which findings of the joints alone the model does not hold, and why; empty where there is none.
-    """
-
-    job: Job
-    study: Study
-    remark: str = ""
-    left_out: str = ""
-
-    @property
-    def name(self) -> str:
-        """``joint3`` or ``joints01``."""
-        return self.study.name
-
-    @property
-    def title(self) -> str:
-        """``joint 3`` or ``joints 0, 1``."""
-        return self.study.title.lower()
-
-    def find(self, tell: Progress) -> Finding:
-        """Search; the FMU with the named effects is written below the job's folder.
-
-        Parameters
-        ----------
-        tell
-            Told of each step.
-
-        Returns
-        -------
-        Finding
-            Verdict, named effects and gaps.
-        """
-        job, origin = self.job, origin_of(self.job.campaign, self.study.fitted[0].free_joints)
-        return find(
-            self.study, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell, origin=origin
-        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,6 +81,65 @@ class SearchByTorque:
             study, job.catalogue, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell,
             origin=origin_of(campaign, free), known_free_rms=read_free_rms(campaign, free, job.out),
         )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchByPosition:
+    """Search in the position of one joint, or of several that move together.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    study
+        Runs and nominal model, with the fit of an identification where there is one.
+    remark
+        What the reader has to know of the runs; empty where there is nothing.
+    left_out
+        Which findings of the joints alone the model does not hold, and why; empty where there is none.
+    otherwise
+        Search in the torque where no effect closes most of what the position shows; None where there is none.
+    """
+
+    job: Job
+    study: Study
+    remark: str = ""
+    left_out: str = ""
+    otherwise: SearchByTorque | None = None
+
+    @property
+    def name(self) -> str:
+        """``joint3`` or ``joints01``."""
+        return self.study.name
+
+    @property
+    def title(self) -> str:
+        """``joint 3`` or ``joints 0, 1``."""
+        return self.study.title.lower()
+
+    def find(self, tell: Progress) -> Finding | TorqueFinding:
+        """Search; the FMU with the named effects is written below the job's folder.
+
+        Parameters
+        ----------
+        tell
+            Told of each step.
+
+        Returns
+        -------
+        Finding or TorqueFinding
+            Verdict, named effects and gaps.
+        """
+        job, origin = self.job, origin_of(self.job.campaign, self.study.fitted[0].free_joints)
+        finding = find(
+            self.study, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell, origin=origin
+        )  # fmt: skip
+        if self.otherwise is None or finding.closes_most:
+            return finding
+        tell("no effect closes most of the gap in position: search in torque")
+        if finding.rebuilt is not None:
+            finding.rebuilt.fmu.path.unlink()
+        return self.otherwise.find(tell)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,16 +205,18 @@ def prepare_alone(job: Job, joint: int) -> SearchByPosition | SearchByTorque:
     Returns
     -------
     SearchByPosition or SearchByTorque
-        As `is_searched_by_torque` chooses.
+        As `residual_of` chooses.
 
     Raises
     ------
     InputError
         Where no run to fit frees this joint alone.
     """
-    if is_searched_by_torque(job.campaign, joint, job.out):
-        return SearchByTorque(job=job, joint=joint)
-    return _in_position(job, study_of(job.campaign, joint, job.catalogue, threads=job.threads))
+    residual, by_torque = residual_of(job.campaign, joint, job.out), SearchByTorque(job=job, joint=joint)
+    if residual == "torque":
+        return by_torque
+    search = _in_position(job, study_of(job.campaign, joint, job.catalogue, threads=job.threads))
+    return replace(search, otherwise=by_torque if residual == "position_then_torque" else None)
 
 
 def prepare_together(job: Job, joints: Sequence[int]) -> SearchByPosition | WholeCheck:

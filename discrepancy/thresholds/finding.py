@@ -14,6 +14,11 @@ class FindingThresholds:
     """Share of a discrepancy beside the scatter up to which it counts as all of it [1]: noise estimates differ by as
     much."""
 
+    # Joints of which the plain model is the result.
+    least_share_closed_in_position: float = 0.5
+    """Share of the gap in unseen runs from which on effects found in the position stand; else the torque is searched
+    [1]."""
+
     # Runs in which all joints move.
     largest_rms_over_expected: float = 3.0
     """RMS over the expected one beyond which a joint has a discrepancy [1]: the parameters' error is one draw for the

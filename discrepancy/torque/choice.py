@@ -3,7 +3,9 @@
 1. A position at the noise is the stricter test: then the position is searched.
 2. Under position control the controller hides in the position what is missing in the torque: the torque is searched.
 3. Where an identification found that the plain model predicts unseen runs better than a fit of the position does, a
-   simulation from the recorded torque drifts, whatever moved the joint: the torque is searched.
+   simulation from the recorded torque drifts, or the missing effect is what kept the fit from the motion. The position
+   is searched first, which tells the two apart: an effect that closes most of the gap in unseen runs is the reason.
+   Where none does, the torque is searched.
 
 What an identification below the folder of results found of the same data is not fitted again.
 """
@@ -12,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
@@ -33,9 +36,12 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 
+Residual = Literal["position", "torque", "position_then_torque"]
+"""In what a joint is searched; the last one where the torque is searched if the position tells no effect."""
 
-def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
-    """Choose whether the torque of a joint is searched instead of its position.
+
+def residual_of(campaign: Campaign, joint: int, out: Path) -> Residual:
+    """Choose whether the position of a joint is searched, or its torque.
 
     Parameters
     ----------
@@ -48,9 +54,10 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
 
     Returns
     -------
-    bool
-        True where the joint is controlled and its simulated position stays above the noise; under a free torque only
-        where the identification's result is the plain model. False without runs to fit.
+    str
+        ``torque`` where the joint is controlled and its simulated position stays above the noise. Under a free torque
+        ``position_then_torque`` where the identification's result is the plain model. Else, and without runs to fit,
+        ``position``.
 
     Raises
     ------
@@ -61,19 +68,19 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
     """
     runs = campaign.runs_of((joint,))
     if not campaign.runs_of((joint,), "fit"):
-        return False
+        return "position"
     drive = campaign.drives.get(joint)
     closed = drive is not None and drive.is_closed
     free = not closed and choose_for(runs).kind == "open_loop"
     if free and drive is not None:
-        return False
+        return "position"
     device = device_of(campaign)
     tested = only_configuration(campaign, (joint,))
     earlier = None if tested is None else earlier_residual(campaign, device, tested, out)
     if free:
-        return earlier is not None and earlier.plain
+        return "position_then_torque" if earlier is not None and earlier.plain else "position"
     if earlier is not None:
-        return not earlier.at_noise
+        return "position" if earlier.at_noise else "torque"
     equations = equations_for(campaign, device, (joint,))
     options = FitOptions(starts=THRESHOLDS.most_starts_of_trial, method="gauss_newton")
     simulator = KernelSimulator.of(equations)
@@ -83,7 +90,7 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
         if closed
         else fit_simulated(simulator, runs, options=options, workers=Here())
     )
-    return not quiet(seen, options)
+    return "position" if quiet(seen, options) else "torque"
 
 
 def read_carried_fit(

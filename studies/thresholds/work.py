@@ -16,7 +16,7 @@ from haptid.discrepancy.finding.finding import as_json, find
 from haptid.discrepancy.finding.torque_json import torque_json
 from haptid.discrepancy.finding.torque_stages import find_torque
 from haptid.discrepancy.study.study import study_of
-from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit
+from haptid.discrepancy.torque.choice import read_carried_fit, residual_of
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.identification.fit.multistart import fit
 from haptid.identification.problem.options import FitOptions
@@ -61,7 +61,7 @@ def search_joint(campaign: Path, out: Path, *, entries: list[str]) -> dict[str, 
     """
     read = campaign_for_command(str(campaign))
     (joint,) = read.joints
-    if is_searched_by_torque(read, joint, out):
+    if residual_of(read, joint, out) == "torque":  # there is no identification, whose plain model asks for both
         return _search_torque(read, joint, out, entries)
     study = study_of(read, joint, _chosen(entries), threads=1)
     finding = find(study, out, kind="python", seed=SEED, starts=STARTS, tell=ignore_progress)
