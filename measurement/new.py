@@ -39,6 +39,7 @@ from haptid.measurement.naming.encoder_counts import refuse_open_counts
 from haptid.measurement.naming.map_option import parse_map, remarks_on_grad, remarks_on_units
 from haptid.measurement.naming.mapping import Target
 from haptid.measurement.naming.units_in_names import known_names
+from haptid.measurement.recordings.mat_runs import OTHER_LENGTH
 from haptid.measurement.recordings.recording import KINDS, names_of_recordings, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.tables.thousands import refuse_thousands
@@ -101,7 +102,7 @@ def make_campaign(
     else:
         assumed += timed
         answers = answers_of(folder, tables, given, stated)
-        with _all_that_lacks(tables, answers, origin=given["measured"] is not None):
+        with _all_that_lacks(tables, answers, origin=given["measured"] is not None), _telling_left_out(layouts):
             if answers.resolution is None:
                 refuse_open_counts(tables, stated)
             prepared = complete(prepare_tables(tables, answers), answers)
@@ -312,6 +313,20 @@ def _all_that_lacks(tables: list[Table], answers: Answers, *, origin: bool) -> I
         where = "--measured or --synthetic"
         todo = "say whether a device was measured or the data were simulated"
         raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
+
+
+@contextmanager
+def _telling_left_out(layouts: list[str]) -> Iterator[None]:
+    """Add to an error within the block which vectors of its recording have another length: one may be what it lacks."""
+    try:
+        yield
+    except InputError as error:
+        stem = Path(error.where).stem
+        said = [line.partition(": ")[2] for line in layouts if line.startswith(stem) and OTHER_LENGTH in line]
+        if not said:
+            raise
+        todo = f"cut them to the same rows where they belong together; else {error.todo}"
+        raise InputError(error.where, expected=error.expected, got=f"{error.got}; {said[0]}", todo=todo) from None
 
 
 def _options_that_lack(tables: list[Table], answers: Answers, error: InputError, *, origin: bool) -> list[str]:

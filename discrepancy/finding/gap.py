@@ -56,10 +56,10 @@ class Gap:
     def closed_beside_scatter(self) -> float | None:
         """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter.
 
-        Where the scatter takes more than the noise, whitened residuals fall well below 1 and their share above all of
-        the excess: then `closed` counts as well.
+        `closed` counts as well where the RMS grows, since whitened by a large scatter it says little, and where the
+        scatter takes more than the noise: whitened residuals then fall well below 1 and their share above all.
         """
-        if self.beside is None:
+        if self.beside is None or self.after > THRESHOLDS.finding.largest_share_beside_scatter * self.before:
             return self.closed
         before, after = self.beside
         if before < 1.05:

@@ -23,6 +23,7 @@ from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import UNCERTAIN, Outcome, tell_status
 from haptid.identification.sequence.outcome_sentence import structured_run, tell_outcome
 from haptid.identification.sequence.step import Step
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
 from haptid.support.numbers import plain, says_nothing
 from haptid.support.tables import Table, Told
@@ -194,7 +195,8 @@ def tell_summary(steps: Sequence[Step], verification: Mapping[str, Any]) -> Told
     if runs:
         told.append(
             "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the uncertainty "
-            "of the parameters explain, up to about 1 where they explain it:"
+            "of the parameters explain: about 1, and as their error is one draw for a whole run, by chance up to "
+            f"{plain(THRESHOLDS.largest_residual_over_expected)}:"
         )
         rows = []
         for run in runs:

@@ -28,6 +28,8 @@ RUNS = re.compile(r"(runs?|trials?|tests?|experiments?|rep(etition)?s?|takes?|sw
 """Names of arrays whose elements are runs, also where one time beside them is that of all."""
 JOINTS = re.compile(r"(joints?|axis|axes|motors?|drives?|links?|gelenke?|achsen?)", re.IGNORECASE)
 """Names of arrays whose elements are joints."""
+OTHER_LENGTH = "left out for their length"
+"""Says of vectors that they are in no run."""
 TODO = "save time, torque and position as vectors, a table by table2struct(T, 'ToScalar', true)"
 
 
@@ -108,7 +110,7 @@ def runs_of(path: Path, parts: Parts) -> list[Recording]:
     about = [*found.about]
     if found.shorter:
         told = [f"{name} ({rows} values)" for name, rows in found.shorter.items()]
-        about.append(f"of another length and left out: {', '.join(told)}")
+        about.append(f"{OTHER_LENGTH}: {', '.join(told)}")
     if found.unread:
         told = [f"{name} ({kind})" for name, kind in found.unread.items()]
         about.append(f"not read and left out: {', '.join(told)} ({TODO})")

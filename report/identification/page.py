@@ -177,8 +177,9 @@ def _whole_sentence(verification: Verification, *, planned: bool) -> str:
     postures = f"{which} lock postures that haptid plan (python -m model.plan in a clone) proposes"
     if verification.outcome == "explained":
         return (
-            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): {postures} "
-            "would close it."
+            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}, where one draw "
+            f"of it for a whole run gives up to {plain(THRESHOLDS.largest_residual_over_expected)}): {postures} would "
+            "close it."
         )
     if verification.outcome == "uncertain":
         widest = max(j.spread_over_noise for j in joints)

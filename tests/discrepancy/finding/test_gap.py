@@ -21,3 +21,10 @@ def test_no_share_beside_the_scatter_is_above_one(beside: tuple[float, float] | 
 @pytest.mark.parametrize(("share", "words"), [(None, "–"), (0.5, "50.0 %"), (1.12, "100.0 %"), (-0.2, "-20.0 %")])
 def test_no_more_than_all_of_a_gap_is_closed(share: float | None, words: str):
     assert tell_share(share) == words
+
+
+def test_a_gap_that_grows_is_not_closed_whatever_scatter_makes_of_it():
+    gap = Gap(before=0.0122, after=0.113, noise=0.00015, beside=(3.0, 2.6))
+    assert gap.closed_beside_scatter == gap.closed
+    assert gap.closed is not None
+    assert gap.closed < 0

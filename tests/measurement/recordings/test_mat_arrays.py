@@ -113,7 +113,7 @@ def test_what_is_in_no_run_is_named(folder: Path, write: Any):
     write(folder / "a.mat", {"swing": [element() | {"temp": T}, short], **results})
     first, second = recordings_in(folder)
     assert second.about == ""
-    assert "of another length and left out: swing(2).temp (20 values)" in first.about
+    assert "left out for their length: swing(2).temp (20 values)" in first.about
     for told in (
         "cube (an array of 3 dimensions)",
         "gain (30 values without a time)",
@@ -177,3 +177,11 @@ def test_signals_of_simulink_without_labels_are_as_before(folder: Path, write: A
     write(folder / "a.mat", {"simout": simulink("", "")})
     (one,) = recordings_in(folder)
     assert set(one.table.columns) == {"simout.time", "simout.signals_0.values", "simout.signals_1.values"}
+
+
+def test_a_torque_of_another_length_is_told_where_none_is_found(folder: Path, write: Any):
+    write(folder / "a.mat", {"time_s": T, "position_rad": POSITION, "torque_Nm": TORQUE[:-5]})
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic", "--yes"])
+    assert done.exit_code == 2
+    (line,) = done.stderr.splitlines()
+    assert "torque_Nm (55 values); cut them to the same rows where they belong together" in line.replace("…", "")

@@ -119,7 +119,7 @@ def test_a_vector_of_another_length_is_left_out_and_named(folder: Path):
     savemat(folder / "swing.mat", {"time_s": T, "position_0_rad": POSITION, "torque_0_Nm": TORQUE, "temp": T[:30]})
     (one,) = recordings_in(folder)
     assert "temp" not in one.table.columns
-    assert one.about == "of another length and left out: temp (30 values)"
+    assert one.about == "left out for their length: temp (30 values)"
 
 
 def test_structures_with_the_same_fields_keep_their_names(folder: Path):
