@@ -7,6 +7,8 @@ from haptid.model.effects.scales import CENTRE, POSITION, SPEED, TORQUE
 from haptid.model.equations.quantity import Quantity
 from haptid.model.thresholds import THRESHOLDS
 
+ONSET = f"d₀ = {1e2 * THRESHOLDS.onset_of_stop_damper_over_travel:g} % of half the travel"
+"""A damper that begins at its full size would make the torque jump where the stop is touched."""
 PLACES = (0.35, 0.55, 0.7, 0.82, 0.92)
 
 
@@ -16,7 +18,7 @@ def _names(prefix: str) -> tuple[sp.Symbol, ...]:
 
 
 def _push(prefix: str, sign: int, place: sp.Expr | None = None) -> sp.Expr:
-    """Torque of a stop that is touched where sign·(q − place) > 0."""
+    """Torque of a stop that is touched where sign·(q − place) > 0; its damper engages over the first depth d₀."""
     k, c, at, travel = _names(prefix)
     depth = sp.Max(sign * (q - (at if place is None else place)), 0)
     return -sign * k * depth - c * v * sp.Min(depth / (THRESHOLDS.onset_of_stop_damper_over_travel * travel), 1)
@@ -47,7 +49,7 @@ def _one_sided(variant: str, sign: int) -> Effect:
         id="end_stop",
         variant=variant,
         title=f"elastic stop at the {variant} end of the travel",
-        formula="−k·(q − q_stop) − c·q̇ beyond q_stop",
+        formula=f"−k·d − c·q̇·min(d/d₀, 1) at the depth d beyond q_stop, {ONSET}",
         lives_in="position",
         side="torque",
         parameters=_table(prefix, sign * 0.8, low, high),
@@ -66,7 +68,7 @@ def _both() -> Effect:
         id="end_stop",
         variant="both",
         title="elastic stops at both ends of the travel",
-        formula="−k·(q − q_stop) − c·q̇ beyond either stop",
+        formula=f"−k·d − c·q̇·min(d/d₀, 1) at the depth d beyond either stop, {ONSET}",
         lives_in="position",
         side="torque",
         parameters=(
