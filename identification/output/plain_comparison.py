@@ -205,6 +205,11 @@ def tell_delay(step: Step) -> str | None:
             f'{acts}: {told}; a torque that runs smoothly between rows, held by hold = "zero", acts half a row before: '
             f"try {LINEAR_HOLD}"
         )
+    if delay.value < 0:
+        return (
+            f"{acts}: {told}. No torque acts before it is there: the recording filters or dates the two differently, "
+            "or what the model lacks looks like it"
+        )
     return f"{acts}: {told}; an exported FMU wants the torque at the time at which it acts"
 
 

@@ -17,8 +17,8 @@ SamplerState = Literal["sound", "short", "too_short", "ensembles_disagree"]
 SENTENCES: dict[SamplerState, str] = {
     "sound": "",
     "short": "the chains are short, so that ends of intervals may move by a few percent",
-    "too_short": "the chains are too short to agree; do not use the intervals yet",
-    "ensembles_disagree": "independent ensembles found different posteriors; do not use the intervals",
+    "too_short": "the chains are too short to agree; do not use the intervals yet: below is what they hold so far",
+    "ensembles_disagree": "independent ensembles found different posteriors; do not use the intervals that follow",
 }
 """What the terminal says at the head of a joint; nothing where all is well."""
 

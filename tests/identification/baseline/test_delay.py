@@ -236,6 +236,7 @@ def test_a_delay_is_told(late: list[Run]):
     assert "acts 2 ms ± 100 µs (1 rows) before it is recorded: the plain model has this delay, the fit has none" in (
         tell_delay(replace(step, torque_scored=False, compared=other))
     )
+    assert "No torque acts before it is there: " in tell_delay(replace(step, compared=other))
     none = replace(compared, baseline=replace(compared.baseline, delay=None))
     assert tell_delay(replace(step, compared=none)) is None
     assert step_json(replace(step, compared=none))["baseline"]["delay"] is None
