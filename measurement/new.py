@@ -227,7 +227,7 @@ def _tables(folder: Path, stated: Mapping[str, Target]) -> tuple[list[Table], li
     if not paths and not texts:
         return _recordings(folder)
     read = [_read_further(*read_logged_table(path), stated) for path in paths or texts]
-    left = [*(path.name for path in texts if paths), *names_of_recordings(folder)]
+    left = [*(path.name for path in texts if paths), *names_of_recordings(folder), *_spreadsheets(folder)]
     return [table for table, _ in read], [*_layout_lines(read), *_lines_on_left(left)]
 
 
@@ -239,6 +239,10 @@ def _holds_table(path: Path, *, beside: bool) -> bool:
         if beside:
             return False
         raise
+
+
+def _spreadsheets(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if path.suffix.lower() in SPREADSHEETS)
 
 
 def _lines_on_left(names: list[str]) -> list[str]:
@@ -283,8 +287,7 @@ def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
             raise InputError(
                 str(folder / texts[0]), expected="a table", got="no line of names above numbers", todo=todo
             )
-        sheets = sorted(path.name for path in folder.iterdir() if path.suffix.lower() in SPREADSHEETS)
-        if sheets:
+        if sheets := _spreadsheets(folder):
             raise InputError(str(folder / sheets[0]), expected=expected, got="a spreadsheet", todo="save it as CSV")
         raise InputError(str(folder), expected=expected, got="none")
     names = [one.table.file_name for one in read]

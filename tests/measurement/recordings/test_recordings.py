@@ -795,11 +795,12 @@ def test_recordings_beside_tables_are_left_alone_and_named(folder: Path):
     table = pd.DataFrame({"time_s": T, "torque_0_Nm": TORQUE, "position_0_rad": POSITION})
     table.to_csv(folder / "b.csv", index=False)
     table.to_csv(folder / "c.txt", index=False, sep="\t")
+    (folder / "d.xlsx").touch()
     content, said = made(folder)
     assert [run["file"] for run in content["runs"]] == ["b.csv"]
     assert (
-        "not read beside the tables: c.txt, a.mat, servo.json; if other runs, make a campaign of them in a folder of "
-        "their own\n"
+        "not read beside the tables: c.txt, a.mat, servo.json, d.xlsx; if other runs, make a campaign of them in a "
+        "folder of their own\n"
     ) in said
 
 
