@@ -29,7 +29,7 @@ from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.support.command import word_command
-from haptid.support.errors import InputError
+from haptid.support.errors import InputError, NumericalError
 from haptid.support.listener import Progress
 
 AnyFinding: TypeAlias = Finding | TorqueFinding | WholeFinding
@@ -37,7 +37,7 @@ AnyFinding: TypeAlias = Finding | TorqueFinding | WholeFinding
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchByTorque:
-    """Search in the torque of a joint that a position controller moved.
+    """Search in the torque of a joint, as where a position controller moved it.
 
     Parameters
     ----------
@@ -130,16 +130,24 @@ class SearchByPosition:
         Finding or TorqueFinding
             Verdict, named effects and gaps.
         """
-        job, origin = self.job, origin_of(self.job.campaign, self.study.fitted[0].free_joints)
-        finding = find(
-            self.study, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell, origin=origin
-        )  # fmt: skip
-        if self.otherwise is None or finding.closes_most:
+        if self.otherwise is None:
+            return self._find_in_position(tell)
+        try:
+            finding = self._find_in_position(tell)
+        except NumericalError:  # a simulation from the recorded torque leaves the numbers
+            return self.otherwise.find(tell)
+        if finding.closes_most:
             return finding
         tell("no effect closes most of the gap in position: search in torque")
         if finding.rebuilt is not None:
             finding.rebuilt.fmu.path.unlink()
         return self.otherwise.find(tell)
+
+    def _find_in_position(self, tell: Progress) -> Finding:
+        job, origin = self.job, origin_of(self.job.campaign, self.study.fitted[0].free_joints)
+        return find(
+            self.study, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell, origin=origin
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,6 +8,7 @@ import pytest
 
 from haptid.discrepancy.finding.finding import Finding
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.discrepancy.job import search
 from haptid.discrepancy.job.job import Job
 from haptid.discrepancy.job.search import SearchByPosition, prepare_alone
 from haptid.discrepancy.torque import choice
@@ -15,6 +16,7 @@ from haptid.identification.sequence.carried_fit import EarlierResidual
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
+from haptid.support.errors import NumericalError
 from haptid.support.listener import ignore_progress
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.sensor import Sensor
@@ -28,9 +30,9 @@ def found(tmp_path: Path, searched: str) -> tuple[Finding | TorqueFinding, Path]
     make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects=HIDDEN, sensor=sensor, known=KNOWN, seed=5)
     known = {key: effect for key, effect in catalogue().items() if effect.id == searched}
     job = Job(campaign=prepare(read_campaign(tmp_path / "c")), catalogue=known, out=tmp_path / "out", starts=4)
-    search = prepare_alone(job, 3)
-    assert isinstance(search, SearchByPosition)
-    made = search.find(ignore_progress)
+    prepared = prepare_alone(job, 3)
+    assert isinstance(prepared, SearchByPosition)
+    made = prepared.find(ignore_progress)
     return made, tmp_path / "out" / "fmu"
 
 
@@ -51,3 +53,16 @@ def test_where_no_effect_closes_the_gap_in_position_the_torque_is_searched(
     made, fmus = found(tmp_path, "cogging")
     assert isinstance(made, TorqueFinding)
     assert made.fmu is None or [path.name for path in fmus.glob("*.fmu")] == [made.fmu.path.name]
+
+
+@pytest.mark.long
+def test_where_no_simulation_of_the_position_is_finite_the_torque_is_searched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def fail(*_: object, **__: object) -> Finding:
+        raise NumericalError("no start of the fit gives a finite simulation")
+
+    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=True))
+    monkeypatch.setattr(search, "find", fail)
+    made, _ = found(tmp_path, "cogging")
+    assert isinstance(made, TorqueFinding)
