@@ -325,7 +325,8 @@ def _telling_left_out(layouts: list[str]) -> Iterator[None]:
         yield
     except InputError as error:
         stem = Path(error.where).stem
-        said = [line.partition(": ")[2] for line in layouts if line.startswith(stem) and OTHER_LENGTH in line]
+        own = [line for line in layouts if line.startswith((f"{stem}.", f"{stem}_"))]
+        said = [line.partition(": ")[2] for line in own if OTHER_LENGTH in line]
         if not said:
             raise
         todo = f"cut them to the same rows where they belong together; else {error.todo}"

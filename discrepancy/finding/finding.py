@@ -107,7 +107,7 @@ class Finding:
     errors: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def closes_most(self) -> bool:
+    def closes_half(self) -> bool:
         """Whether named effects, or a friction law, close at least half of the gap in runs that no fit saw."""
         named = self.judgement.verdict in VERDICTS
         closed = self.gaps["validate" if "validate" in self.gaps else "fit"].closed_beside_scatter

@@ -136,7 +136,7 @@ class SearchByPosition:
             finding = self._find_in_position(tell)
         except NumericalError:  # a simulation from the recorded torque leaves the numbers
             return self.otherwise.find(tell)
-        if finding.closes_most:
+        if finding.closes_half:
             return finding
         tell("no effect closes most of the gap in position: search in torque")
         if finding.rebuilt is not None:

@@ -10,7 +10,7 @@ from haptid.discrepancy.finding.finding import Finding
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.discrepancy.job import search
 from haptid.discrepancy.job.job import Job
-from haptid.discrepancy.job.search import SearchByPosition, prepare_alone
+from haptid.discrepancy.job.search import SearchByPosition, SearchByTorque, prepare_alone
 from haptid.discrepancy.torque import choice
 from haptid.identification.sequence.carried_fit import EarlierResidual
 from haptid.measurement.checks.preparation import prepare
@@ -25,6 +25,11 @@ from tests.discrepancy.finding.test_finding import INPUTS, KNOWN, TRUTH
 HIDDEN = {"cubic_spring": {"spring_cubic": 2e-2}}
 
 
+@pytest.fixture(autouse=True)
+def _identified_as_plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=True))
+
+
 def found(tmp_path: Path, searched: str) -> tuple[Finding | TorqueFinding, Path]:
     sensor = Sensor(noise=2e-4, resolution=0.0)
     make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects=HIDDEN, sensor=sensor, known=KNOWN, seed=5)
@@ -37,22 +42,28 @@ def found(tmp_path: Path, searched: str) -> tuple[Finding | TorqueFinding, Path]
 
 
 @pytest.mark.long
-def test_an_effect_that_closes_the_gap_in_position_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=True))
+def test_an_effect_that_closes_the_gap_in_position_stands(tmp_path: Path):
     made, fmus = found(tmp_path, "cubic_spring")
     assert isinstance(made, Finding)
-    assert made.closes_most
+    assert made.closes_half
     assert [path.name for path in fmus.glob("*.fmu")] == ["joint3_cubic_spring.fmu"]
 
 
 @pytest.mark.long
-def test_where_no_effect_closes_the_gap_in_position_the_torque_is_searched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=True))
+def test_where_no_effect_closes_the_gap_in_position_the_torque_is_searched(tmp_path: Path):
     made, fmus = found(tmp_path, "cogging")
     assert isinstance(made, TorqueFinding)
     assert made.fmu is None or [path.name for path in fmus.glob("*.fmu")] == [made.fmu.path.name]
+
+
+@pytest.mark.long
+def test_the_fmu_of_effects_that_do_not_stand_is_taken_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Finding, "closes_half", False)
+    monkeypatch.setattr(SearchByTorque, "find", lambda *_: None)
+    made, fmus = found(tmp_path, "cubic_spring")
+    assert made is None
+    assert fmus.is_dir()  # the position named the effect, and its FMU was built
+    assert not list(fmus.glob("*.fmu"))
 
 
 @pytest.mark.long
@@ -62,7 +73,6 @@ def test_where_no_simulation_of_the_position_is_finite_the_torque_is_searched(
     def fail(*_: object, **__: object) -> Finding:
         raise NumericalError("no start of the fit gives a finite simulation")
 
-    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=True))
     monkeypatch.setattr(search, "find", fail)
     made, _ = found(tmp_path, "cogging")
     assert isinstance(made, TorqueFinding)
