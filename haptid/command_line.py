@@ -59,7 +59,7 @@ class Commands(click.Group):
         try:
             return super().make_context(info_name, args, parent, **extra)
         except click.UsageError as error:
-            from haptid.support.usage import in_one_line  # noqa: PLC0415 (help comes without any import)
+            from haptid.support.declaring.usage import in_one_line  # noqa: PLC0415 (help comes without any import)
 
             raise in_one_line(error) from None
 

@@ -12,9 +12,9 @@ import click
 import numpy as np
 
 from haptid.support.command import exit_codes, parse_joints
+from haptid.support.declaring.usage import OneLineCommand
 from haptid.support.errors import InputError
 from haptid.support.terminal import Count
-from haptid.support.usage import OneLineCommand
 from haptid.virtual_device.machine.arm import JOINTS, Arm
 from haptid.virtual_device.machine.effects import parse_effects
 from haptid.virtual_device.machine.friction import LAWS, parse_friction

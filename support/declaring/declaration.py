@@ -16,12 +16,12 @@ from typing import Any, ParamSpec
 
 import click
 
+from haptid.support.declaring.usage import OneLineCommand
 from haptid.support.errors import HaptidError, InputError
 from haptid.support.files.files import json_text
 from haptid.support.interrupts import no_interrupt_is_lost
 from haptid.support.numbers import read_number
 from haptid.support.terminal import is_terminal
-from haptid.support.usage import OneLineCommand
 from haptid.version import version_option
 
 P = ParamSpec("P")
