@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
+ALL_SCATTER = 1.05
+"""RMS of whitened residuals up to which noise and scatter explain them [1]."""
+
 
 def tell_share(share: float | None, decimals: int = 1) -> str:
     """Tell a closed share in per cent.
@@ -56,13 +59,16 @@ class Gap:
     def closed_beside_scatter(self) -> float | None:
         """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter.
 
-        `closed` counts as well where the RMS grows, since whitened by a large scatter it says little, and where the
-        scatter takes more than the noise: whitened residuals then fall well below 1 and their share above all.
+        `closed` counts as well where the RMS grows by what noise and scatter do not explain, since whitened by a large
+        scatter the rest says little, and where the scatter takes more than the noise: whitened residuals then fall well
+        below 1 and their share above all.
         """
-        if self.beside is None or self.after > THRESHOLDS.finding.largest_share_beside_scatter * self.before:
+        if self.beside is None:
             return self.closed
         before, after = self.beside
-        if before < 1.05:
+        if after > ALL_SCATTER and self.after > THRESHOLDS.finding.largest_share_beside_scatter * self.before:
+            return self.closed
+        if before < ALL_SCATTER:
             return None
         share = (before - after) / (before - 1.0)
         return min(share, 1.0) if share <= THRESHOLDS.finding.largest_share_beside_scatter else self.closed

@@ -28,3 +28,8 @@ def test_a_gap_that_grows_is_not_closed_whatever_scatter_makes_of_it():
     assert gap.closed_beside_scatter == gap.closed
     assert gap.closed is not None
     assert gap.closed < 0
+
+
+def test_an_rms_that_grows_by_scatter_alone_has_the_share_beside_it():
+    gap = Gap(before=1.31e-3, after=1.39e-3, noise=0.2e-3, beside=(2.45, 0.998))
+    assert gap.closed_beside_scatter == pytest.approx(1.0)
