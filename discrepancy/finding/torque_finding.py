@@ -99,17 +99,6 @@ class TorqueFinding:
         return max(float(np.max(np.abs(run.y))) for run in self.search.study.runs)
 
     @property
-    def left(self) -> float:
-        """RMS of the final model's residual on the rows that name effects [N m], those away from reversals.
-
-        The larger one of fitted and held-out runs: the floor is that of all, and one run that holds what the others
-        lack raises it.
-        """
-        final = self.search.final
-        rows = ((final.fitted, final.study.fitted_rows), (final.unseen, final.study.unseen_rows))
-        return max(rms(residual[final.study.names(own)]) for residual, own in rows)
-
-    @property
     def verdict(self) -> str:
         """Verdict of INTERFACES.
 
@@ -126,7 +115,10 @@ class TorqueFinding:
         if self.all_doubted:
             return "unlisted"
         aim = max(gap.noise, self.floor or 0.0)
-        if self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim and not self.worsens_position:
+        if (
+            self.search.final.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim
+            and not self.worsens_position
+        ):
             return verdict if names else "nothing_missing"
         if not names or self.worsens_position:
             return "unlisted"
@@ -174,7 +166,9 @@ class TorqueFinding:
         effects = self.search.final.effects
         names = _write_names([e for e in effects if self.worsens_position or e.key not in self.doubted])
         if self.verdict == "nothing_missing":
-            return "Nothing is missing: what is left of the torque does not repeat."
+            told = "Nothing is missing: what is left of the torque does not repeat."
+            near = self._near_reversals_sentence
+            return told if near is None else f"{told} {near[0].upper()}{near[1:]}: there the filter decides."
         if self.verdict in ("named", "ambiguous"):
             return f"Missing in the model: {names}.{self._soundness_sentences}{self._rivals_sentence} {self._measured}"
         if self.verdict == "unlisted":
@@ -214,7 +208,8 @@ class TorqueFinding:
         gap, unit = self.gaps["validate"], unit_for("N m", [self.search.study.prismatic])
         closed, possible = self.shares
         box = None if possible is None else f"{100 * max(possible, 0.0):.0f} %"
-        subject = "On held-out rows the torque's RMS error"
+        near = self._near_reversals_sentence
+        subject = f"On held-out rows{' away from reversals' if near else ''} the torque's RMS error"
         if self.search.final.effects:
             told = [f"{subject} falls from {plain(gap.before, 3)} to {plain(gap.after, 3)} {unit}"]
             names = f"names close {100 * max(closed, 0.0):.0f} % of its energy"
@@ -222,11 +217,23 @@ class TorqueFinding:
         else:
             told = [f"{subject} is {plain(gap.before, 3)} {unit}; no name closes any of it"]
             told += [] if box is None else [f"the best black box of position and speed closes {box} of its energy"]
+        if near is not None:
+            told.append(near)
         if self.floor is None:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:
             told.append(f"{plain(self.floor, 3)} {unit} do not repeat")
         return "; ".join(told) + "." + self._friction_sentence + self._delay_sentence + self._loop_sentence
+
+    @property
+    def _near_reversals_sentence(self) -> str | None:
+        """What is left of held-out rows near reversals; None where none is left out."""
+        final = self.search.final
+        near = ~final.study.names(final.study.unseen_rows)
+        if not near.any():
+            return None
+        left = f"{plain(rms(final.unseen[near]), 3)} {unit_for('N m', [self.search.study.prismatic])}"
+        return f"near reversals, {100 * float(np.mean(near)):.2g} % of the rows, {left} are left"
 
     @property
     def _friction_sentence(self) -> str:

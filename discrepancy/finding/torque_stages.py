@@ -29,6 +29,7 @@ from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_cont
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
+from haptid.discrepancy.torque.rows import rests, turns
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.certain import find_doubted
 from haptid.discrepancy.torque_search.rivals import Rival
@@ -154,17 +155,26 @@ def _rivals_in_position(found: TorqueSearch, loop: ClosedLoop | None) -> tuple[R
 
 
 def _measure_gaps(base: TorqueFit, final: TorqueFit) -> dict[str, Gap]:
-    """Return the gaps by group of rows; ``sealed`` are those of runs that took part in no choice, if there are any."""
-    noise = rms([run.sensor_std[0] for run in base.study.runs])
+    """Return the gaps of rows away from reversals by group; ``sealed`` are runs that took part in no choice."""
+    noise, sealed = base.noise, base.study.sealed
     gaps = {
-        "fit": Gap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
-        "validate": Gap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
+        "fit": Gap(before=rms(base.fitted_away), after=rms(final.fitted_away), noise=noise),
+        "validate": Gap(before=rms(base.unseen_away), after=rms(final.unseen_away), noise=noise),
     }
-    sealed = base.study.sealed
     if sealed:
-        before, after = (rms(np.concatenate([model.compute_missed(run) for run in sealed])) for model in (base, final))
+        before, after = (_rms_of_sealed(model) for model in (base, final))
         gaps["sealed"] = Gap(before=before, after=after, noise=noise)
     return gaps
+
+
+def _rms_of_sealed(model: TorqueFit) -> float:
+    """Return the RMS of what a model misses of the sealed runs [N m], away from rests and reversals where rows are."""
+    missed, away = [], []
+    for run in model.study.sealed:
+        missed.append(model.compute_missed(run))
+        away.append(~(rests(run) | turns(run)) if model.study.turning else np.ones(run.t.size, dtype=bool))
+    every, names = np.concatenate(missed), np.concatenate(away)
+    return rms(every[names] if names.any() else every)
 
 
 def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:

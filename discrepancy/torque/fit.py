@@ -40,7 +40,7 @@ class TorqueFit:
     residual
         Measured minus modelled torque of every run [N m], shape (n_t,).
     jacobian
-        Derivative of the residual over the noise with respect to x, fitted rows only, shape (n_rows, n_x).
+        Derivative of the weighted residual over the noise with respect to x, fitted rows only, shape (n_rows, n_x).
     study
         Study that tells fitted from held-out rows.
     calls
@@ -71,9 +71,43 @@ class TorqueFit:
         return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.fitted_rows, strict=True)])
 
     @property
+    def weighted(self) -> Array:
+        """Residual torque of all fitted rows, each times its weight [N m]."""
+        rows = zip(self.residual, self.study.weights, self.study.fitted_rows, strict=True)
+        return np.concatenate([(weight * r)[fitted] for r, weight, fitted in rows])
+
+    @property
     def unseen(self) -> Array:
         """Residual torque of all held-out rows [N m]."""
         return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.unseen_rows, strict=True)])
+
+    @property
+    def fitted_away(self) -> Array:
+        """Residual torque of the fitted rows that name effects [N m], those away from reversals."""
+        return self.fitted[self.study.names(self.study.fitted_rows)]
+
+    @property
+    def unseen_away(self) -> Array:
+        """Residual torque of the held-out rows that name effects [N m], those away from reversals."""
+        return self.unseen[self.study.names(self.study.unseen_rows)]
+
+    @property
+    def left(self) -> float:
+        """RMS of the rows that name effects [N m]: the larger one of fitted and held-out rows.
+
+        One run that holds what the others lack raises it.
+        """
+        return max(rms(self.fitted_away), rms(self.unseen_away))
+
+    @property
+    def noise(self) -> float:
+        """White noise of the torque [N m], RMS over the runs."""
+        return rms([run.sensor_std[0] for run in self.study.runs])
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Whether the model leaves no more than white noise, so that nothing is left to name."""
+        return self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * self.noise
 
     def compute_missed(self, run: Run) -> Array:
         """Return measured minus modelled torque of a run of no fit [N m], shape (n_t,).
@@ -92,8 +126,9 @@ class TorqueFit:
 
     @property
     def correlation_time(self) -> float:
-        """Autocorrelation time of the residual [rows], 1 + 2·Σρₖ up to the first negative ρₖ, longest of all runs."""
-        return max(correlation_length(r[rows]) for r, rows in zip(self.residual, self.study.moving, strict=True))
+        """Autocorrelation time of the weighted residual [rows], 1 + 2·Σρₖ up to the first ρₖ < 0; the longest run's."""
+        rows = zip(self.residual, self.study.weights, self.study.moving, strict=True)
+        return max(correlation_length((weight * r)[moving]) for r, weight, moving in rows)
 
     @property
     def covariance(self) -> Array:
@@ -102,7 +137,7 @@ class TorqueFit:
         J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.parametrisation.slope(self.theta))
         inverse, size = scaled_covariance(J)
         # The residual under position control is larger than the noise and correlated, so the errors grow by both.
-        scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
+        scale = rms(self.weighted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
         # What moves no torque gets no error from it: divided by an infinite size it stays where it is in draws.
         moved = np.where(size > np.sqrt(np.finfo(float).tiny), size, np.inf)
         return np.asarray(scale**2 * inverse / np.outer(moved, moved))
@@ -155,6 +190,12 @@ def descend_from_all(
 def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
     """Fit the nominal model, with presliding as stiff as the torque asks for.
 
+    1. Fit all rows that count alike.
+    2. Weight the rows near reversals by the RMS residual of the others over theirs, and fit again. There the filter
+       decides when friction turns: a joint that sticks for a few rows leaves as much as its friction, in 1 or 2 % of
+       the rows, and a fit that counts them alike bends its friction to them.
+    3. Widen the range of the stiffness while the fit ends at its upper end.
+
     The largest stiffness in presliding is a guess from the travel. A joint whose friction turns within less than that
     would show, at every reversal, a discrepancy that is none of the joint's.
 
@@ -170,7 +211,8 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
     Returns
     -------
     TorqueFit
-        Optimum of least cost; its study has the range of the stiffness that it was found in.
+        Optimum of least cost; its study has the weight of rows near reversals, and the range of the stiffness that it
+        was found in.
 
     Raises
     ------
@@ -178,6 +220,9 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
         If no start gives a finite torque.
     """
     found = fit_model(study, starts=starts, seed=seed)
+    study = replace(study, weight_of_turning=_weight_of_turning(found))
+    if study.weight_of_turning < 1.0:
+        found = fit_model(study, start=found.values, starts=starts, seed=seed)
     stiffness = law_named(study.base.friction[0]).roles.stiffness
     for _ in range(IDENTIFICATION.most_widenings_of_bounds):
         if stiffness in study.stated or not _is_at_upper_bound(found, stiffness):
@@ -186,10 +231,18 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
         study = replace(study, base=study.base.with_parameters({stiffness: {"upper": wider}}))
         again = fit_model(study, start=found.values)
         # The energy is what is minimised, but for priors that a stiffness has none of.
-        if rms(again.fitted) >= (1.0 - THRESHOLDS.torque.least_decrease_of_cost) * rms(found.fitted):
+        if rms(again.weighted) >= (1.0 - THRESHOLDS.torque.least_decrease_of_cost) * rms(found.weighted):
             return found
         found = again
     return found
+
+
+def _weight_of_turning(found: TorqueFit) -> float:
+    """Return the RMS of the residual away from reversals over that near them, at most 1; 1 without such rows."""
+    away = found.study.names(found.study.fitted_rows)
+    if away.all():
+        return 1.0
+    return min(1.0, rms(found.fitted[away]) / max(rms(found.fitted[~away]), np.finfo(float).tiny))
 
 
 def _is_at_upper_bound(found: TorqueFit, id: str) -> bool:
@@ -235,7 +288,7 @@ def fit_model(
     """
     simulator = study.simulator(effects)
     # Held-out rows have weight 0, and so have rows at rest.
-    roots = tuple(rows.astype(float) for rows in study.fitted_rows)
+    roots = tuple(rows * weight for rows, weight in zip(study.fitted_rows, study.weights, strict=True))
     problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
     thetas = sobol_starts(problem.parametrisation, first, starts, seed)

@@ -3,7 +3,7 @@
 The floor is what differs between passes of one cell of position and speed (`measurement.signals.repeats`). A *black
 box* holds all that is bound to position and speed, without physics: the table of the cells' mean residual on fitted
 rows, coarse or fine, or a polynomial of the position for each direction of motion. What the best of them leaves on
-held-out rows is the aim of named effects.
+held-out rows is the aim of named effects. Both are those of rows away from reversals, which name effects.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def floor_of(model: TorqueFit) -> float | None:
     float or None
         RMS [N m], or [N] of a prismatic joint; None where too few rows are passed again.
     """
-    return repeats.lowest_floor(*_motion(model), model.residual, model.study.moving)
+    return repeats.lowest_floor(*_motion(model), model.residual, model.study.naming_rows(model.study.moving))
 
 
 def black_box_rms(model: TorqueFit) -> float | None:
@@ -61,13 +61,14 @@ def _table_rms(model: TorqueFit, fineness: int) -> float:
     sums = np.bincount(seen, model.fitted, minlength=count)
     table = sums / np.maximum(np.bincount(seen, minlength=count), 1)
     unseen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.unseen_rows, strict=True)])
-    return rms(model.unseen - table[unseen])
+    return rms((model.unseen - table[unseen])[model.study.names(model.study.unseen_rows)])
 
 
 def _polynomials_rms(model: TorqueFit) -> float:
     """Return the RMS that a polynomial of the position for each direction of motion leaves on held-out rows."""
     motion = np.concatenate([measured_motion(run) for run in model.study.runs])
-    seen, unseen = np.concatenate(model.study.fitted_rows), np.concatenate(model.study.unseen_rows)
+    seen = np.concatenate(model.study.fitted_rows)
+    unseen = np.concatenate(model.study.naming_rows(model.study.unseen_rows))
     residual = np.concatenate(model.residual)
     middle, half = 0.5 * (motion[:, 0].max() + motion[:, 0].min()), max(0.5 * float(np.ptp(motion[:, 0])), 1e-12)
     columns = np.polynomial.chebyshev.chebvander((motion[:, 0] - middle) / half, THRESHOLDS.torque.degree_of_black_box)

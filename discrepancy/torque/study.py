@@ -30,7 +30,7 @@ from haptid.identification.simulators.inverse_dynamics import (
 from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
-from haptid.measurement.values.run import Run
+from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
@@ -83,6 +83,8 @@ class TorqueStudy:
     turning
         Whether each row is near a reversal, shape (n_t,) each: it is fitted, but names no effect. Empty where every row
         does.
+    weight_of_turning
+        Weight of the residual of rows near a reversal in a fit [1], at most that of all others, which is 1.
     sealed
         Runs, turned alike, that take part in no choice (`discrepancy.study.sealed`).
     recorded_sealed
@@ -106,6 +108,7 @@ class TorqueStudy:
     recorded: tuple[Run, ...] = ()
     resting: tuple[Mask, ...] = ()
     turning: tuple[Mask, ...] = ()
+    weight_of_turning: float = 1.0
     sealed: tuple[Run, ...] = ()
     recorded_sealed: tuple[Run, ...] = ()
     delay: float = 0.0
@@ -128,6 +131,12 @@ class TorqueStudy:
         """Whether each row counts and is held out, shape (n_t,) each."""
         return tuple(~seen & moving for seen, moving in zip(self.seen, self.moving, strict=True))
 
+    @property
+    def weights(self) -> tuple[Array, ...]:
+        """Weight of the residual of each row in a fit that it takes part in [1], shape (n_t,) each."""
+        ones = tuple(np.ones(run.t.size) for run in self.runs)
+        return tuple(np.where(turning, self.weight_of_turning, 1.0) for turning in self.turning) or ones
+
     def names(self, rows: Sequence[Mask]) -> Mask:
         """Return which of some rows name effects: those away from reversals, or all where none are.
 
@@ -146,6 +155,25 @@ class TorqueStudy:
             return every
         away = np.concatenate([~turning[r] for turning, r in zip(self.turning, rows, strict=True)])
         return away if away.any() else every
+
+    def naming_rows(self, rows: Sequence[Mask]) -> tuple[Mask, ...]:
+        """Return which of some rows name effects, as `names`, by run.
+
+        Parameters
+        ----------
+        rows
+            Rows of every run, shape (n_t,) each.
+
+        Returns
+        -------
+        tuple of ndarray of bool
+            Shape (n_t,) each.
+        """
+        parts = np.split(self.names(rows), np.cumsum([int(r.sum()) for r in rows])[:-1])
+        found = tuple(r.copy() for r in rows)
+        for mask, part in zip(found, parts, strict=True):
+            mask[mask] = part
+        return found
 
     @property
     def guessed_friction(self) -> dict[str, float]:

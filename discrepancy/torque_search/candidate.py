@@ -102,5 +102,4 @@ def _does_worse(less: TorqueFit, more: TorqueFit) -> bool:
     """Whether the larger model leaves more of the held-out rows that name effects."""
     if more.unseen.size == 0:
         return False
-    naming = more.study.names(more.study.unseen_rows)
-    return rms(more.unseen[naming]) > rms(less.unseen[naming])
+    return rms(more.unseen_away) > rms(less.unseen_away)

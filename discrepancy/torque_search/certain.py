@@ -79,7 +79,7 @@ def _deciding(model: TorqueFit, effect: Effect) -> set[str]:
 def _cut_into_stretches(model: TorqueFit) -> Stretches:
     """Cut the fitted rows into stretches; correlated rows are counted by correlation lengths."""
     parametrisation = model.problem.parametrisation
-    over_noise = model.fitted / float(model.study.runs[0].sensor_std[0])
+    over_noise = model.weighted / float(model.study.runs[0].sensor_std[0])
     residuals, jacobians = cut_runs([over_noise], [model.jacobian])
     return Stretches(
         ids=parametrisation.ids,

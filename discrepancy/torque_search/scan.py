@@ -67,7 +67,7 @@ def promises(
     list of Promise
         Promises, largest share of the residual first.
     """
-    Q, r = orthonormal_basis(current.jacobian), current.fitted
+    Q, r = orthonormal_basis(current.jacobian), current.weighted
     r = r - Q @ (Q.T @ r)
     found = map_threads(
         lambda e: _best(study, current, e, Q, r), catalogue.values(), threads=study.threads, count=count
@@ -78,17 +78,17 @@ def promises(
 def _signatures(
     study: TorqueStudy, current: TorqueFit, effect: Effect, grid: list[tuple[dict[str, float], ...]]
 ) -> Array:
-    """Return how each column of the grid would change the fitted rows' torque, shape (n_rows, n_columns)."""
+    """Return how each column of the grid would change the fitted rows' weighted torque, shape (n_rows, n_columns)."""
     simulator = study.simulator((*current.effects, effect), many=True)
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
     sets = [neutral, *(neutral | values for point in grid for values in point)]
     theta = np.array([[(current.values | s)[q.id] for q in simulator.equations.parameters] for s in sets])
     start = np.array([s.start for s in simulator.equations.states])
     stacked = []
-    for run, rows in zip(study.runs, study.fitted_rows, strict=True):
+    for run, rows, weight in zip(study.runs, study.fitted_rows, study.weights, strict=True):
         starts = np.broadcast_to(start, (len(sets), start.size))
         y = simulator.kernel.simulate_many(run.t, simulator.inputs(run), theta, starts, linear=True)[:, :, 0].T
-        stacked.append(filter_as(run, y[:, 1:] - y[:, :1])[rows])
+        stacked.append((weight[:, None] * filter_as(run, y[:, 1:] - y[:, :1]))[rows])
     D = np.concatenate(stacked)
     # A zero column explains nothing, so a diverged shape is never the best one.
     D[:, ~np.isfinite(D).all(axis=0)] = 0.0

@@ -3,7 +3,7 @@
 1. Fit the nominal model, and take out what friction differs by from run to run (`torque.run_friction`).
 2. Scan the catalogue, and refit the most promising effects.
 3. Add the best effect that fits and predicts better, and is no lag that takes the inertia's place (`rigid_body`);
-   repeat from step 2 until none does.
+   repeat from step 2 until none does, or the model leaves no more than the torque's white noise.
 4. Leave out what does not keep its place beside the others (`eliminate`).
 5. Exchange each named effect for those that gained beside it, and keep what the runs cannot tell apart (`find_rivals`).
 
@@ -131,6 +131,9 @@ def search_torque(
     known = offered(known, resonances)
     current, steps = base, []
     for _ in range(THRESHOLDS.torque.most_effects):
+        # Below the noise a name would stand for how the torque was sampled: many rows make next to nothing significant.
+        if current.leaves_noise:
+            break
         step = _step(study, base, current, known, resonances, tell)
         steps.append(step)
         if step.taken is None:
@@ -176,7 +179,7 @@ def eliminate(
     while model.effects:
         stability = compute_stability(model, seed=seed)
         doubted = find_doubted(model, stability) | find_movers(base, model)
-        worse = rms(model.unseen) >= rms(base.unseen)
+        worse = rms(model.unseen_away) >= rms(base.unseen_away)
         trials = []
         for effect in model.effects:
             rest = tuple(e for e in model.effects if e is not effect)

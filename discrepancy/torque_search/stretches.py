@@ -87,8 +87,8 @@ def _log_ratio(less: float, more: float) -> float:
 def _predicted_energies(model: TorqueFit, naming: Mask, count: int) -> Array:
     """Return the energy of the naming rows of every stretch as the other stretches predict it, shape (count,)."""
     J = model.jacobian[:, _linear_columns(model)]
-    # The Jacobian is of the residual over the noise, so the residual is taken over it as well.
-    r = model.fitted / float(model.study.runs[0].sensor_std[0])
+    # The Jacobian is of the weighted residual over the noise, so the residual is taken so as well. Naming rows weigh 1.
+    r = model.weighted / float(model.study.runs[0].sensor_std[0])
     A = J.T @ J + float(np.mean(r**2)) * model.correlation_time * np.eye(J.shape[1])
     energies = []
     for rows in np.array_split(np.arange(r.size), count):

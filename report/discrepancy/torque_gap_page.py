@@ -61,7 +61,8 @@ def torque_picture(finding: TorqueFinding) -> Picture:
             axis.legend(fontsize=7)
     caption = (
         "Above: torque over position, without the rows at rest. Below: measured minus modelled torque on stretches "
-        "that no fit saw; the band is ±2σ of the torque's white noise."
+        "that no fit saw; the band is ±2σ of the torque's white noise. The table counts rows away from reversals, "
+        "which name effects."
     )
     return picture_of(made, caption=caption, alt="torque over position, measured and modelled")
 
@@ -174,7 +175,7 @@ def _in_unit(value: str, quantity: Quantity) -> str:
 
 def _rounds(finding: TorqueFinding) -> list[Table]:
     candidates = [candidate for step in finding.search.steps for candidate in step.candidates]
-    largest = largest_magnitude(*(rms(candidate.model.unseen) for candidate in candidates), finding.largest_torque)
+    largest = largest_magnitude(*(rms(candidate.model.unseen_away) for candidate in candidates), finding.largest_torque)
     unit, factor = choose_unit(largest, _unit(finding, "N m"))
     left = f"left there [{unit}]"
     return [
@@ -183,7 +184,7 @@ def _rounds(finding: TorqueFinding) -> list[Table]:
             rows=[
                 (
                     c.key, write_gain(c.bic), write_gain(c.evidence),
-                    plain(factor * rms(c.model.unseen), 3), "yes" if c is step.taken else "",
+                    plain(factor * rms(c.model.unseen_away), 3), "yes" if c is step.taken else "",
                 )
                 for c in step.candidates
             ],

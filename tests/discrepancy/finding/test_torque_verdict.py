@@ -23,7 +23,7 @@ def finding_that_leaves(
 ) -> TorqueFinding:
     """Return a finding that leaves ``after`` of 50 mN m on held-out rows, and ``fitted`` of the fitted ones."""
     study = SimpleNamespace(unseen_rows=(), fitted_rows=(), names=lambda _: np.ones(4, dtype=bool))
-    final = SimpleNamespace(effects=("one",) * names, unseen=np.full(4, after), fitted=np.full(4, fitted), study=study)
+    final = SimpleNamespace(effects=("one",) * names, unseen=np.full(4, after), left=max(fitted, after), study=study)
     return TorqueFinding(
         search=SimpleNamespace(final=final, rivals=()),
         gaps={"validate": Gap(before=BEFORE, after=after, noise=1e-4)},
@@ -181,4 +181,15 @@ def test_friction_that_differs_from_run_to_run_is_told_with_its_ends():
     assert (
         "Friction differs from run to run, from 0.891 (warm.csv) to 1.12 (cold.csv) times the model's: with it the "
         "error on held-out rows was 0.18 N m, without it 0.062 N m." in found.sentence
+    )
+
+
+def test_what_is_left_near_reversals_is_told():
+    found = finding_that_leaves(1e-4, floor=1e-4, black_box=None, names=0)
+    found.search.study = SimpleNamespace(prismatic=False)
+    found.search.final.study.names = lambda _: np.array([True, True, True, False])
+    found.search.final.unseen = np.array([0.1, 0.1, 0.1, 0.4])
+    assert found.sentence == (
+        "Nothing is missing: what is left of the torque does not repeat. Near reversals, 25 % of the rows, 0.4 N m are "
+        "left: there the filter decides."
     )

@@ -25,6 +25,11 @@ def slow_waves(seed: int) -> Callable[[float], float]:
     return lambda t: 0.02 * np.sin(0.6 * t + seed) + 0.01 * np.sin(1.7 * t + 2.0 * seed)
 
 
+def fast_waves(seed: int) -> Callable[[float], float]:
+    """Return a reference that turns round without a rest."""
+    return lambda t: 0.02 * np.sin(6.0 * t + seed) + 0.005 * np.sin(17.0 * t + 2.0 * seed)
+
+
 def recorded_stage(reference: Callable[[float], float], seed: int, duration_s: float, **gains: float) -> pd.DataFrame:
     """Simulate and record a run; ``gains`` are those of the controller, P [N/m], I [N/(m s)] and D [N s/m]."""
     rng, every = np.random.default_rng(seed), round(ROWS_S / STEP_S)

@@ -44,7 +44,7 @@ def fitted(residual: list[float], *effects: SimpleNamespace, unseen: float = 0.0
         residual=(np.array(residual),), effects=effects, calls=5,
         values={"a": 3.456e-3, "n": 7.0, "inertia": 0.0234 if effects else 0.0357},
         std={"a": 0.078e-3, "n": 0.0, "inertia": 0.0012}, fitted=np.zeros(2), unseen=np.full(2, unseen),
-        study=STUDY,
+        unseen_away=np.full(2, unseen), left=unseen, study=STUDY,
     )  # fmt: skip
 
 
