@@ -205,7 +205,8 @@ class Table:
         got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), SHOWN_CELL_CHARACTERS))
         if index == 0 and np.isnan(values).all() and not pd.isna(cell):
             got += " and no number in any other row"
-        todo = CORRECT_CELL if np.isnan(values[index]) else f"no value is above {THRESHOLDS.largest_reading:g}"
+        no_number = np.isnan(values[index]) or "inf" in str(cell).lower()
+        todo = CORRECT_CELL if no_number else f"no value is above {THRESHOLDS.largest_reading:g}"
         if self.in_memory and pd.isna(cell):
             todo = EMPTY_COLUMN if np.isnan(values).all() else DROP_EMPTY
         todo = next((known for form, known in TODO_BY_CELL if form.fullmatch(str(cell))), todo)

@@ -274,6 +274,8 @@ LATE = [
     (310, '1.54,"0.1,0.1', r"line 310: expected quotes in pairs, got one that nothing closes; close the quote"),
     (310, "1.54,0.1,0.1 \xb5", r"line 310: expected a text in UTF-8, got byte 0xb5; save it as UTF-8"),
     (310, '1.54,"0,05",0.1', r"line 310, torque_4_Nm: .*got '0,05'; where a comma is the decimal sign"),
+    (310, "1.54,inf,0.1", r"line 310, torque_4_Nm: expected a finite number, got 'inf'; correct the cell"),
+    (310, "1.54,-Infinity,0.1", r"line 310, torque_4_Nm: expected a finite number, got '-Infinity'; correct the cell"),
     (310, f"1.54,{'9' * 400},0.1", r"line 310, torque_4_Nm: .*got '9{20}…9{19}'; no value is above"),
     (310, f"1.54,{'9' * 5000},0.1", r"line 310, torque_4_Nm: .*got '9{20}…9{19}'; no value is above"),
 ]
