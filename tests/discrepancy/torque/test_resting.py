@@ -59,12 +59,15 @@ def test_presliding_gets_as_stiff_as_the_torque_asks_for(study: TorqueStudy):
     # Coulomb friction would be reached after 5 mrad.
     soft = COULOMB / 5e-3
     narrow = replace(study, base=study.base.with_parameters({"sigma0": {"initial": soft / 2, "upper": soft}}))
-    held, freed = fit_model(narrow), fit_nominal(narrow, starts=1, seed=0)
+    freed = fit_nominal(narrow, starts=1, seed=0)
+    held = fit_model(replace(narrow, weight_of_turning=freed.study.weight_of_turning))
     assert held.values["sigma0"] == pytest.approx(soft, rel=1e-3)
     assert freed.values["sigma0"] > 3.0 * soft
-    assert rms(freed.fitted) < 0.8 * rms(held.fitted)
-    # At one speed throughout, viscous friction takes a part.
-    assert freed.values["Fc"] == pytest.approx(COULOMB, rel=0.15)
+    assert rms(freed.weighted) < 0.95 * rms(held.weighted)
+    # At one speed throughout, viscous friction takes a part: less where rows near reversals do not weigh as all others.
+    assert freed.values["Fc"] == pytest.approx(COULOMB, rel=0.05)
+    alike = fit_model(replace(freed.study, weight_of_turning=1.0), start=freed.values)
+    assert alike.values["Fc"] < freed.values["Fc"]
     assert freed.study.base.parameter("sigma0").upper > soft
 
 
