@@ -114,11 +114,8 @@ class TorqueFinding:
         gap, names = self.gaps["validate"], self.search.final.effects
         if self.all_doubted:
             return "unlisted"
-        aim = max(gap.noise, self.floor or 0.0)
-        if (
-            self.search.final.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim
-            and not self.worsens_position
-        ):
+        most = THRESHOLDS.finding.largest_rms_over_torque_noise * max(gap.noise, self.floor or 0.0)
+        if self.search.final.left <= most and not self.worsens_position:
             return verdict if names else "nothing_missing"
         if not names or self.worsens_position:
             return "unlisted"

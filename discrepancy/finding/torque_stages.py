@@ -29,7 +29,7 @@ from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_cont
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
-from haptid.discrepancy.torque.rows import rests, turns
+from haptid.discrepancy.torque.rows import Mask, rests, turns
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.certain import find_doubted
 from haptid.discrepancy.torque_search.rivals import Rival
@@ -162,19 +162,20 @@ def _measure_gaps(base: TorqueFit, final: TorqueFit) -> dict[str, Gap]:
         "validate": Gap(before=rms(base.unseen_away), after=rms(final.unseen_away), noise=noise),
     }
     if sealed:
-        before, after = (_rms_of_sealed(model) for model in (base, final))
+        rows = _away_of_sealed(base.study)
+        before, after = (
+            rms(np.concatenate([model.compute_missed(run)[away] for run, away in zip(sealed, rows, strict=True)]))
+            for model in (base, final)
+        )
         gaps["sealed"] = Gap(before=before, after=after, noise=noise)
     return gaps
 
 
-def _rms_of_sealed(model: TorqueFit) -> float:
-    """Return the RMS of what a model misses of the sealed runs [N m], away from rests and reversals where rows are."""
-    missed, away = [], []
-    for run in model.study.sealed:
-        missed.append(model.compute_missed(run))
-        away.append(~(rests(run) | turns(run)) if model.study.turning else np.ones(run.t.size, dtype=bool))
-    every, names = np.concatenate(missed), np.concatenate(away)
-    return rms(every[names] if names.any() else every)
+def _away_of_sealed(study: TorqueStudy) -> list[Mask]:
+    """Return the rows of the sealed runs away from rests and reversals, or all where these are none or none counts."""
+    every = [np.ones(run.t.size, dtype=bool) for run in study.sealed]
+    away = [~(rests(run) | turns(run)) for run in study.sealed] if study.turning else every
+    return away if any(rows.any() for rows in away) else every
 
 
 def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:

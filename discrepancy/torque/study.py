@@ -150,11 +150,7 @@ class TorqueStudy:
         ndarray of bool, shape (n_rows,)
             One entry for each of these rows, the runs behind one another.
         """
-        every = np.ones(sum(int(r.sum()) for r in rows), dtype=bool)
-        if not self.turning:
-            return every
-        away = np.concatenate([~turning[r] for turning, r in zip(self.turning, rows, strict=True)])
-        return away if away.any() else every
+        return np.concatenate([naming[r] for naming, r in zip(self.naming_rows(rows), rows, strict=True)])
 
     def naming_rows(self, rows: Sequence[Mask]) -> tuple[Mask, ...]:
         """Return which of some rows name effects, as `names`, by run.
@@ -169,11 +165,8 @@ class TorqueStudy:
         tuple of ndarray of bool
             Shape (n_t,) each.
         """
-        parts = np.split(self.names(rows), np.cumsum([int(r.sum()) for r in rows])[:-1])
-        found = tuple(r.copy() for r in rows)
-        for mask, part in zip(found, parts, strict=True):
-            mask[mask] = part
-        return found
+        away = tuple(r & ~turning for turning, r in zip(self.turning, rows, strict=True)) if self.turning else ()
+        return away if any(r.any() for r in away) else tuple(rows)
 
     @property
     def guessed_friction(self) -> dict[str, float]:

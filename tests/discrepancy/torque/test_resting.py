@@ -67,6 +67,7 @@ def test_presliding_gets_as_stiff_as_the_torque_asks_for(study: TorqueStudy):
     # At one speed throughout, viscous friction takes a part: less where rows near reversals do not weigh as all others.
     assert freed.values["Fc"] == pytest.approx(COULOMB, rel=0.05)
     alike = fit_model(replace(freed.study, weight_of_turning=1.0), start=freed.values)
+    assert rms(alike.fitted) < 0.8 * rms(fit_model(narrow).fitted)
     assert alike.values["Fc"] < freed.values["Fc"]
     assert freed.study.base.parameter("sigma0").upper > soft
 
