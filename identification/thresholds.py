@@ -73,6 +73,13 @@ class Thresholds:
     largest_rest_speed_over_rms_speed: float = 0.05
     """Speed over the RMS speed [1] up to which a joint counts as at rest: its friction then takes any value up to its
     level, and the row is left out."""
+    step_of_friction_in_filter_widths: float = 2.0
+    """Distance from a rest up to which a row does not count, and from a reversal up to which it names no effect, in
+    widths of the filter [1]: a step of friction in the wrong place passes through it once, and 95 % of what is wrong
+    lies within two widths."""
+    least_rows_of_step: float = 8.0
+    """The same in rows: what a torque does between two rows is known to 1 % of a step through a filter of two rows,
+    which is what a motion begins with, and two passes of that filter spread it over eight."""
     least_rows_of_plain_model: int = 50
     """Fewest interior rows of all fitted runs together [1] for which the plain model is fitted."""
     least_new_part_of_column: float = 1e-3

@@ -6,9 +6,6 @@ from dataclasses import dataclass
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
-ALL_SCATTER = 1.05
-"""RMS of whitened residuals up to which noise and scatter explain them [1]."""
-
 
 def tell_share(share: float | None, decimals: int = 1) -> str:
     """Tell a closed share in per cent.
@@ -52,8 +49,11 @@ class Gap:
     def closed(self) -> float | None:
         """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
         excess = self.before - self.noise
-        # A share of an excess within a few per cent of the noise would be a quotient of estimation errors.
-        return None if excess < 0.05 * self.noise else (self.before - self.after) / excess
+        return (
+            None
+            if excess < THRESHOLDS.finding.least_excess_over_noise * self.noise
+            else (self.before - self.after) / excess
+        )
 
     @property
     def closed_beside_scatter(self) -> float | None:
@@ -66,12 +66,13 @@ class Gap:
         if self.beside is None:
             return self.closed
         before, after = self.beside
-        if after > ALL_SCATTER and self.after > THRESHOLDS.finding.largest_share_beside_scatter * self.before:
+        limits = THRESHOLDS.finding
+        if after > limits.largest_rms_as_scatter and self.after > limits.largest_share_beside_scatter * self.before:
             return self.closed
-        if before < ALL_SCATTER:
+        if before < limits.largest_rms_as_scatter:
             return None
         share = (before - after) / (before - 1.0)
-        return min(share, 1.0) if share <= THRESHOLDS.finding.largest_share_beside_scatter else self.closed
+        return min(share, 1.0) if share <= limits.largest_share_beside_scatter else self.closed
 
     def as_json(self) -> dict[str, float | None]:
         """Convert to an entry of ``gap`` in the finding's JSON.

@@ -29,7 +29,6 @@ from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_cont
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
-from haptid.discrepancy.torque.rows import Mask, rests, turns
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.certain import find_doubted
 from haptid.discrepancy.torque_search.rivals import Rival
@@ -38,6 +37,7 @@ from haptid.fmu_build.accuracy.accuracy import Accuracy
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.identification.simulators.inverse_dynamics import measured_motion
+from haptid.identification.simulators.slow_rows import Mask, rests, turns
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.linear_algebra import rms

@@ -14,6 +14,12 @@ class FindingThresholds:
     """Share of a discrepancy beside the scatter up to which it counts as all of it [1]: noise estimates differ by as
     much."""
 
+    largest_rms_as_scatter: float = 1.05
+    """RMS of whitened residuals up to which noise and scatter explain them [1]."""
+    least_excess_over_noise: float = 0.05
+    """Excess of the RMS over the noise, over the noise, from which on a share of it is told [1]: below, the share would
+    be a quotient of estimation errors."""
+
     # Joints of which the plain model is the result.
     least_share_closed_in_position: float = 0.5
     """Share of the gap in unseen runs from which on effects found in the position stand; else the torque is searched

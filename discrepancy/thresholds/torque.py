@@ -14,13 +14,6 @@ class TorqueThresholds:
     """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
     slow_share_of_fast_speed: float = 0.3
     """Share of the 90 % quantile of the speed up to which rows are slow: noise may turn the sign of their speed [1]."""
-    step_of_friction_in_filter_widths: float = 2.0
-    """Distance from a rest up to which a row does not count, and from a reversal up to which it names no effect, in
-    widths of the filter [1]: a step of friction in the wrong place passes through it once, and 95 % of what is wrong
-    lies within two widths."""
-    least_rows_of_step: float = 8.0
-    """The same in rows: what a torque does between two rows is known to 1 % of a step through a filter of two rows,
-    which is what a motion begins with, and two passes of that filter spread it over eight."""
     largest_gain_of_known_drive: float = 2.0
     """Largest plant gain of a drive whose torque constant and resistance were identified or stated, and the inverse of
     the smallest one [1]."""

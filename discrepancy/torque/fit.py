@@ -10,8 +10,10 @@ import numpy as np
 from haptid.discrepancy.fit.solution import start_vector
 from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.torque.first_states import first_states
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.baseline.least_squares import correlation_length
+from haptid.identification.fit.stribeck_restraint import pays_for_release, release_stribeck, restrained_ids
 from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
@@ -122,7 +124,9 @@ class TorqueFit:
         ndarray, shape (n_t,)
             Residual torque [N m].
         """
-        return np.asarray(run.y[:, 0] - self.problem.simulator.simulate(self.theta, run).y[:, 0])
+        simulator = self.study.simulator(self.effects)
+        x0 = first_states(simulator, self.theta, run)
+        return np.asarray(run.y[:, 0] - simulator.simulate(self.theta, run, x0=x0).y[:, 0])
 
     @property
     def correlation_time(self) -> float:
@@ -195,6 +199,8 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
        decides when friction turns: a joint that sticks for a few rows leaves as much as its friction, in 1 or 2 % of
        the rows, and a fit that counts them alike bends its friction to them.
     3. Widen the range of the stiffness while the fit ends at its upper end.
+    4. Drop the restraint of the Stribeck curve where the model then leaves noise, and clearly less
+       (`identification.fit.stribeck_restraint`).
 
     The largest stiffness in presliding is a guess from the travel. A joint whose friction turns within less than that
     would show, at every reversal, a discrepancy that is none of the joint's.
@@ -223,6 +229,11 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
     study = replace(study, weight_of_turning=_weight_of_turning(found))
     if study.weight_of_turning < 1.0:
         found = fit_model(study, start=found.values, starts=starts, seed=seed)
+    return _released(_with_wide_stiffness(found, study))
+
+
+def _with_wide_stiffness(found: TorqueFit, study: TorqueStudy) -> TorqueFit:
+    """Return the fit in a range of the stiffness that it does not end at, as far as that lowers the cost."""
     stiffness = law_named(study.base.friction[0]).roles.stiffness
     for _ in range(IDENTIFICATION.most_widenings_of_bounds):
         if stiffness in study.stated or not _is_at_upper_bound(found, stiffness):
@@ -235,6 +246,19 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
             return found
         found = again
     return found
+
+
+def _released(found: TorqueFit) -> TorqueFit:
+    """Return the fit without the restraint of the Stribeck curve where that one leaves noise and clearly less."""
+    held = restrained_ids(found.study.base)
+    if not held:
+        return found
+    base = release_stribeck(found.study.base)
+    begin = {id: max(found.values[id], base.parameter(id).initial) for id in held}
+    freed = fit_model(replace(found.study, base=base), start=found.values | begin)
+    before, after = (float(np.mean((one.weighted / one.noise) ** 2)) for one in (found, freed))
+    rows = freed.weighted.size / max(freed.correlation_time, 1.0)
+    return freed if freed.leaves_noise and pays_for_release(before, after, rows, len(held)) else found
 
 
 def _weight_of_turning(found: TorqueFit) -> float:
@@ -297,8 +321,12 @@ def fit_model(
     if not np.isfinite(best.cost):
         msg = f"joint {study.joint}: no start gave a finite torque; check units, bounds and first guesses"
         raise NumericalError(msg)
-    theta, x0 = problem.theta(best.x), problem.x0(best.x)
-    left = [run.y[:, 0] - simulator.simulate(theta, run, x0=s).y[:, 0] for run, s in zip(study.runs, x0, strict=True)]
+    theta = problem.theta(best.x)
+    x0 = [
+        x if rows.any() else first_states(simulator, theta, run)
+        for run, x, rows in zip(study.runs, problem.x0(best.x), study.fitted_rows, strict=True)
+    ]
+    left = [run.y[:, 0] - simulator.simulate(theta, run, x0=x).y[:, 0] for run, x in zip(study.runs, x0, strict=True)]
     jacobian = problem.blocks(best.x).jacobian
     fitted = np.concatenate(study.fitted_rows)
     return TorqueFit(

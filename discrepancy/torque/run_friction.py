@@ -24,9 +24,9 @@ import numpy as np
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model
 from haptid.discrepancy.torque.repeatable import black_box_rms
-from haptid.discrepancy.torque.rows import Mask
 from haptid.discrepancy.torque.study import RunFriction, TorqueStudy
 from haptid.identification.simulators.inverse_dynamics import measured_motion
+from haptid.identification.simulators.slow_rows import Mask
 from haptid.measurement.values.run import Array, Run
 from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import rms

@@ -15,10 +15,10 @@ from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
-from haptid.discrepancy.torque.rows import Mask, alternating, rests, turns
+from haptid.discrepancy.torque.rows import alternating
 from haptid.identification.baseline.baseline import fit_baseline
 from haptid.identification.first_guesses.plain_guess import guess_along
-from haptid.identification.fit.torque_fit import restrain_stribeck
+from haptid.identification.fit.stribeck_restraint import restrain_stribeck
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for, stated_parameters
 from haptid.identification.simulators.inverse_dynamics import (
@@ -27,6 +27,7 @@ from haptid.identification.simulators.inverse_dynamics import (
     torque_equations,
     torque_runs,
 )
+from haptid.identification.simulators.slow_rows import Mask, rests, turns
 from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
@@ -332,7 +333,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     # The masks hold rows out, so the runs themselves are scored from the first row on.
     whole = [run.but(score_from=0) for run in (*runs, *sealed)]
     # One filter for all runs of the machine, the sealed ones too.
-    both = torque_runs(whole, delay) if drive is None else drive.turn(whole)
+    both = torque_runs(whole, delay, base.parameter("inertia").initial) if drive is None else drive.turn(whole)
     turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
     return TorqueStudy(

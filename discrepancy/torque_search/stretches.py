@@ -11,8 +11,8 @@ one of its scaled units. Only what the torque is linear in is estimated anew; sh
 bristles of presliding, which one reversal may determine alone, are held: the first order would not hold for them. No
 held-out row takes part.
 
-Energies are those of rows away from reversals (`torque.rows.turns`). At a reversal the filter, not the joint, decides
-when friction turns, and every effect that delays it would gain there.
+Energies are those of rows away from reversals (`identification.simulators.slow_rows`). At a reversal the filter, not
+the joint, decides when friction turns, and every effect that delays it would gain there.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit
-from haptid.discrepancy.torque.rows import Mask
+from haptid.identification.simulators.slow_rows import Mask
 from haptid.measurement.values.run import Array
 from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import inverse

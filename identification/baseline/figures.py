@@ -21,10 +21,11 @@ from haptid.identification.baseline.delay import with_delayed_torque
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
+from haptid.identification.simulators.slow_rows import Mask, at_rest, near_reversal
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array, Run
-from haptid.support.linear_algebra import column_rms
+from haptid.support.linear_algebra import column_rms, rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,9 +113,13 @@ class Figures:
     free_rmse
         [rad] or [m], shape (n_joints,).
     torque_rmse
-        [N m] or [N], shape (n_joints,).
+        [N m] or [N], shape (n_joints,). Rows at which a joint rests are left out: friction holds it there with any
+        torque up to its level, which no motion tells.
     torque_error
         The same over the RMS of the torque [1], shape (n_joints,); NaN where that is zero throughout.
+    away_rmse
+        The same away from reversals too [N m] or [N], shape (n_joints,): the filter decides there when friction turns,
+        and what it leaves would hide the difference of two models.
     horizon_rmse
         [rad] or [m] by horizon, shape (n_joints,) each; horizons longer than the run are left out.
     closed_rmse
@@ -124,19 +129,20 @@ class Figures:
     free_rmse: Array
     torque_rmse: Array
     torque_error: Array
+    away_rmse: Array
     horizon_rmse: Mapping[str, Array] = field(default_factory=dict)
     closed_rmse: Array | None = None
 
     @property
     def badness(self) -> float:
-        """Mean logarithm over torque and position: of the torque's RMS and of that over 1 s, or the longest below.
+        """Mean logarithm over torque and position: of the torque's RMS away from reversals, and of that over 1 s.
 
         Both count, because each fails where the other works: near resonance inertia and weight cancel in the torque,
-        and under feedback a simulation drifts. Where the free simulation of the whole run misses less than those of
-        1 s, it is the measured states they begin from that miss, and the free simulation counts. Infinite where a
-        simulation did not stay finite.
+        and under feedback a simulation drifts. Of runs below 1 s the longest horizon counts. Where the free simulation
+        of the whole run misses less than those of 1 s, it is the measured states they begin from that miss, and the
+        free simulation counts. Infinite where a simulation did not stay finite.
         """
-        return _mean_logarithm(np.concatenate([self.torque_rmse, self._position_rmse]))
+        return _mean_logarithm(np.concatenate([self.away_rmse, self._position_rmse]))
 
     @property
     def position_badness(self) -> float:
@@ -203,9 +209,9 @@ def figures_of(
     Figures
     """
     states = states or motion
-    torque = motion.through_filter(motion.with_delay(model.delay).torque)
-    size = column_rms(torque[motion.interior])
-    torque_rmse = column_rms(error)
+    torque = motion.through_filter(motion.with_delay(model.delay).torque)[motion.interior]
+    moving, away = _moving(motion), _away(motion)
+    size, torque_rmse = _rms_of(torque, moving), _rms_of(error, moving)
     driven = model.driving(run)
     length = run.t[-1] - run.t[run.score_from]
     moves = model.baseline is None or model.baseline.has_positive_masses(motion)
@@ -216,6 +222,7 @@ def figures_of(
         torque_rmse=torque_rmse,
         # A torque that is zero throughout, as of a free swing, has no size that an error is a share of.
         torque_error=torque_rmse / np.where(size > 0, size, np.nan),
+        away_rmse=_rms_of(error, away),
         horizon_rmse={f"{h:g}": _horizon(model, driven, states, h) if moves else nothing for h in lengths},
     )
 
@@ -237,6 +244,25 @@ def torque_residual(model: Model, motion: FilteredMotion) -> Array:
         one was filtered.
     """
     return motion.through_filter(motion.with_delay(model.delay).torque - model.torque(motion))[motion.interior]
+
+
+def _moving(motion: FilteredMotion) -> Mask:
+    """Return the interior rows at which each joint moves, shape (n_interior, n_joints); all where it always rests."""
+    rest = np.column_stack([at_rest(v, motion.width_in_rows) for v in motion.v.T])[motion.interior]
+    return ~rest | rest.all(axis=0)
+
+
+def _away(motion: FilteredMotion) -> Mask:
+    """Return the interior rows at which each joint moves and does not turn; those of `_moving` where there are none."""
+    turn = np.column_stack([near_reversal(v, motion.width_in_rows) for v in motion.v.T])[motion.interior]
+    moving = _moving(motion)
+    away = moving & ~turn
+    return np.where(away.any(axis=0), away, moving)
+
+
+def _rms_of(signal: Array, rows: Mask) -> Array:
+    """Return the RMS of each column over its own rows, shape (n_joints,)."""
+    return np.array([rms(column[of]) for column, of in zip(signal.T, rows.T, strict=True)])
 
 
 class _States:

@@ -33,7 +33,8 @@ from haptid.identification.fit.multistart import fit, from_optimum, with_agreeme
 from haptid.identification.fit.own_bounds import fit_within_own_bounds, largest_command
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
-from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
+from haptid.identification.fit.stribeck_restraint import restrain_stribeck
+from haptid.identification.fit.torque_fit import fit_torque
 from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros
 from haptid.identification.optimise.inner_step import finer_step
 from haptid.identification.problem.options import FitOptions
@@ -294,8 +295,8 @@ def _fit_motion(
 def _score_torque(test: JointTest, seen: Fit, delay: float, options: FitOptions, workers: Workers | None) -> Fitted:
     """Fit the torque of a controlled joint, and say what the fit through the observer ``seen`` would leave."""
     found = fit_torque(
-        test.equations, test.runs, stated=test.stated, delay=delay, position=test.simulator(test.equations),
-        options=options, workers=workers,
+        test.equations, test.runs, stated=test.stated, own=test.own, delay=delay,
+        position=test.simulator(test.equations), options=options, workers=workers,
     )  # fmt: skip
     strategy = choose_for(test.runs)
     over = plain(seen.basins[0].over_noise)

@@ -132,7 +132,12 @@ def wider_ranges(found: Fit, own: Sequence[str], runs: Sequence[Run]) -> dict[st
 
 
 def _stictions(found: Fit) -> dict[str, int]:
-    """Return the place of the joint among the free ones by the id of its stiction."""
+    """Return the place of the joint among the free ones by the id of its stiction.
+
+    The torque equation of a joint has none: its input is the motion, and no torque bounds stiction there.
+    """
+    if not found.equations.joints:
+        return {}
     laws = zip(found.equations.friction, id_suffixes(found.equations.joints), strict=True)
     return {f"{law_named(law).roles.stiction}{suffix}": k for k, (law, suffix) in enumerate(laws)}
 

@@ -69,7 +69,7 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
     """
     runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
     if step.torque_scored:
-        runs = dict(zip(runs, torque_runs([*runs.values()], _delay_of(step)), strict=True))
+        runs = dict(zip(runs, torque_runs([*runs.values()], _delay_of(step), step.fit.values["inertia"]), strict=True))
     simulator = _simulator(step, simulator_of)
     free = [step.fit.index(id) for id in step.fit.free]
     made = []

@@ -235,7 +235,7 @@ class Problem:
         rows, jacobians = [], []
         simulated = self._trajectories(x, theta, gain, sensitivities=jacobian)
         for run, start, root, part, y in zip(self.runs, self.starts, self.roots, self.slices(), simulated, strict=True):
-            scale = root[:, None] / run.sensor_std
+            scale = root[:, None] / run.row_std
             r = scale * (run.y - y.y[:, : run.y.shape[1]])
             outer = np.ones_like(r)
             # The loss turns residuals in units of the noise, so that it comes after the whitening.

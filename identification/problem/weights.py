@@ -24,10 +24,13 @@ def time_weights(run: Run, halves: tuple[float, float] = THRESHOLDS.weights_of_r
     Returns
     -------
     ndarray, shape (n_t,)
-        λ ≥ 0. The first row has weight 1 whatever ``halves`` says; other rows before ``run.score_from`` have weight 0.
+        λ ≥ 0. The first row has weight 1 whatever ``halves`` says; other rows before ``run.score_from`` have weight 0,
+        and so have rows whose own weight is 0.
     """
     weights = np.where(run.t <= 0.5 * run.t[-1], halves[0], halves[1])
     weights[: run.score_from] = 0.0
+    if run.weight.size:
+        weights[run.weight == 0.0] = 0.0
     # The first row is the prior N(y[0], σ²) of the fitted initial position: it has weight 1 and is never left out.
     weights[0] = 1.0
     return weights

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from haptid.fmu_build.exchange.identification_json import read_identification
-from haptid.identification.fit.torque_fit import restrain_stribeck
+from haptid.identification.fit.stribeck_restraint import release_stribeck, restrain_stribeck
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
@@ -116,14 +116,15 @@ def carried_torque_fit(
     Returns
     -------
     Fit or None
-        Fit of the torque equation, with the priors of its Stribeck curve. None where the folder has no results of the
-        same data, entries and code, and where the residual was a position.
+        Fit of the torque equation, with the priors of its Stribeck curve unless it was released. None where the folder
+        has no results of the same data, entries and code, and where the residual was a position.
     """
     entry = _entry_of(campaign, device, configuration, out)
     if entry is None or entry.get("outcome") != Outcome.TORQUE_SCORED.label:
         return None
     stated = stated_parameters(campaign, configuration.free_joints)
-    return _read_fit(entry, restrain_stribeck(equations, configuration.runs, stated))
+    restrained = restrain_stribeck(equations, configuration.runs, stated)
+    return _read_fit(entry, restrained if entry.get("restrained", True) else release_stribeck(restrained))
 
 
 def earlier_residual(

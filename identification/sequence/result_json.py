@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from haptid.identification.fit.stribeck_restraint import restrained_ids
 from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
@@ -71,6 +72,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),
         "free": list(fit.free),
+        "restrained": list(restrained_ids(fit.equations)),
         "covariance": fit.covariance.tolist(),
         "information": fit.information.tolist(),
         "encoder_zeros": _zeros_json(fit),

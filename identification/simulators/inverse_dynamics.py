@@ -154,7 +154,7 @@ def needed_torque(equations: Equations, acceleration: sp.Symbol) -> sp.Expr:
     return (acceleration - free) / slope
 
 
-def torque_run(run: Run, width: float | None = None, delay: float = 0.0) -> Run:
+def torque_run(run: Run, width: float | None = None, delay: float = 0.0, inertia: float = 0.0) -> Run:
     """Exchange torque and position of a single joint's run, both filtered alike.
 
     Parameters
@@ -165,6 +165,8 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0) -> Run:
         Standard deviation of the filter [s]; the one that this run asks for where None.
     delay
         Delay of the recorded torque [s]: τ(t − T) acts at t.
+    inertia
+        Inertia M of the joint [kg m²], or mass [kg], by which noise of the position becomes one of the torque.
 
     Returns
     -------
@@ -172,19 +174,21 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0) -> Run:
         On an even grid without the rows at either end that the filter has no full surroundings for: ``u`` is the
         filtered position [rad], ``y`` the torque [N m] after two passes of the filter, ``extra`` holds filtered speed
         and acceleration. The noise is that of the raw torque's neighbouring rows and of the step of its numbers, after
-        the two passes.
+        the two passes, and with M that of the acceleration: √(σ_τ² + (M·σ_a)²), σ_a from the noise of the position.
     """
     m = filter_run(run, width).with_delay(delay)
     rows = slice(m.edge, m.t.size - m.edge)
     resolution = estimate_resolution(run.u[:, 0])
     # Most of a torque that rests is one number: its neighbouring rows show nothing, and the step alone tells its error.
-    noise = float(np.hypot(estimate_noise(run.t, run.u[:, 0], resolution), resolution / np.sqrt(12.0)))
+    raw = float(np.hypot(estimate_noise(run.t, run.u[:, 0], resolution), resolution / np.sqrt(12.0)))
+    # A sensor's noise that nobody knows yet is NaN.
+    of_motion = inertia * m.acceleration_noise_gain * float(np.nan_to_num(run.sensor_std[0]))
     return run.but(
         t=m.t[rows] - m.t[m.edge],
         u=m.q[rows],
         y=m.through_filter(m.torque)[rows],
         v=None,
-        noise=np.array([noise * m.white_noise_gain]),
+        noise=np.array([np.hypot(raw * m.white_noise_gain, of_motion)]),
         resolution=np.zeros(1),
         hold="linear",
         score_from=m.interior.start - m.edge,
@@ -199,7 +203,7 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0) -> Run:
     )
 
 
-def torque_runs(runs: Sequence[Run], delay: float = 0.0) -> tuple[Run, ...]:
+def torque_runs(runs: Sequence[Run], delay: float = 0.0, inertia: float = 0.0) -> tuple[Run, ...]:
     """Exchange torque and position of all runs of a joint, with one filter for all (`torque_run`).
 
     Parameters
@@ -208,6 +212,8 @@ def torque_runs(runs: Sequence[Run], delay: float = 0.0) -> tuple[Run, ...]:
         Runs of one joint.
     delay
         Delay of the recorded torque [s].
+    inertia
+        Inertia of the joint [kg m²], or mass [kg], as `torque_run` takes it.
 
     Returns
     -------
@@ -216,7 +222,7 @@ def torque_runs(runs: Sequence[Run], delay: float = 0.0) -> tuple[Run, ...]:
         median of all runs. A run at rest for most of its time would weigh as much as its torque is quiet there.
     """
     width = common_width(runs)
-    turned = [torque_run(run, width, delay) for run in runs]
+    turned = [torque_run(run, width, delay, inertia) for run in runs]
     usual = np.median([run.noise for run in turned], axis=0) if turned else 0.0
     return tuple(run.but(noise=np.maximum(run.noise, usual)) for run in turned)
 

@@ -67,6 +67,14 @@ class FilteredMotion:
         """Standard deviation of white noise after the filter, twice, over that before it, √(Δt/(2·√π·√2·w))."""
         return math.sqrt(float(self.t[1]) / (2.0 * math.sqrt(2.0 * math.pi) * self.width))
 
+    @property
+    def acceleration_noise_gain(self) -> float:
+        """Standard deviation of the acceleration after the filter, twice, over that of white noise of the position.
+
+        √(3·Δt/(8·√π·(√2·w)⁵)) [1/s²], with the noise's spectral density σ²·Δt and the width √2·w of both passes.
+        """
+        return math.sqrt(3.0 * float(self.t[1]) / (8.0 * math.sqrt(math.pi) * (math.sqrt(2.0) * self.width) ** 5))
+
     def with_delay(self, delay: float) -> FilteredMotion:
         """Let the torque act later than it was recorded.
 

@@ -60,7 +60,7 @@ def merge_rows(run: Run, every: int) -> Run:
     return run.but(
         t=run.t[kept], u=spline_torques(run, every), y=run.y[kept], v=None if run.v is None else run.v[kept],
         hold="linear", extra={name: column[kept] for name, column in run.extra.items()},
-        score_from=-(-run.score_from // every),
+        score_from=-(-run.score_from // every), weight=run.weight[kept],
     )  # fmt: skip
 
 

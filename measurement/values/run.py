@@ -84,6 +84,9 @@ class Run:
     averaged_rows
         Number of rows over which the recorder averaged each position, evenly about it; 1 where it did not, 0 where
         nobody said so and it is to be recognised. Simulated positions are averaged alike.
+    weight
+        Weight of each row's residual in a fit [1], at most 1, shape (n_t,): its error has the standard deviation
+        `sensor_std` over the weight, and with 0 the row takes no part. Empty where every row has the weight 1.
 
     Raises
     ------
@@ -115,6 +118,7 @@ class Run:
     drive_inputs: Mapping[str, Array] = field(default_factory=dict)
     score_from: int = 0
     averaged_rows: int = 0
+    weight: Array = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""
@@ -122,7 +126,7 @@ class Run:
         object.__setattr__(self, "extra", {name: freeze(column) for name, column in self.extra.items()})
         driven = {name: freeze(column) for name, column in self.drive_inputs.items()}
         object.__setattr__(self, "drive_inputs", driven)
-        for name in ("t", "u", "y", "noise", "resolution", "posture"):
+        for name in ("t", "u", "y", "noise", "resolution", "posture", "weight"):
             object.__setattr__(self, name, freeze(getattr(self, name)))
         if self.v is not None:
             object.__setattr__(self, "v", freeze(self.v))
@@ -132,6 +136,9 @@ class Run:
             if value is not None and value.shape != shape:
                 msg = f"{self.file}: {name} needs shape {shape}, got {value.shape}"
                 raise ValueError(msg)
+        if self.weight.size not in (0, self.t.size):
+            msg = f"{self.file}: weight needs one number a row, got {self.weight.size} for {self.t.size} rows"
+            raise ValueError(msg)
         if len(self.prismatic) != len(self.free_joints) or not 0 <= self.score_from < max(self.t.size, 1):
             msg = f"{self.file}: prismatic {self.prismatic} or score_from {self.score_from} does not fit the run"
             raise ValueError(msg)
@@ -154,6 +161,17 @@ class Run:
         """Largest magnitude of the torques of joints that turn [N m]; 0 where none turns."""
         torques = self.u[:, [not slides for slides in self.prismatic]]
         return float(np.nanmax(np.abs(torques), initial=0.0))
+
+    @property
+    def row_std(self) -> Array:
+        """Standard deviation of each row's error, `sensor_std` over its weight, shape (n_t, n_joints).
+
+        Infinite where the weight is 0, so that what is divided by it vanishes.
+        """
+        if not self.weight.size:
+            return np.broadcast_to(self.sensor_std, self.y.shape)
+        with np.errstate(divide="ignore"):
+            return self.sensor_std / self.weight[:, None]
 
     @property
     def scored(self) -> slice:

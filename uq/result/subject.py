@@ -158,4 +158,5 @@ def _of_positions(found: Fit, runs: Sequence[Run], source: str, kind: Kind | Non
 def _of_torques(found: Fit, runs: Sequence[Run], delay: float, source: str) -> Subject:
     forward = TorqueForward(equations=found.equations)
     simulator = forward.simulator()
-    return Subject(fit=found, source=source, runs=torque_runs(runs, delay), simulator=simulator, forward=forward)
+    turned = torque_runs(runs, delay, found.values["inertia"])
+    return Subject(fit=found, source=source, runs=turned, simulator=simulator, forward=forward)

@@ -30,7 +30,14 @@ def fast_waves(seed: int) -> Callable[[float], float]:
     return lambda t: 0.02 * np.sin(6.0 * t + seed) + 0.005 * np.sin(17.0 * t + 2.0 * seed)
 
 
-def recorded_stage(reference: Callable[[float], float], seed: int, duration_s: float, **gains: float) -> pd.DataFrame:
+def recorded_stage(
+    reference: Callable[[float], float],
+    seed: int,
+    duration_s: float,
+    *,
+    stribeck_speed: float = STRIBECK_SPEED,
+    **gains: float,
+) -> pd.DataFrame:
     """Simulate and record a run; ``gains`` are those of the controller, P [N/m], I [N/(m s)] and D [N s/m]."""
     rng, every = np.random.default_rng(seed), round(ROWS_S / STEP_S)
     q = seen = reference(0.0)
@@ -47,7 +54,7 @@ def recorded_stage(reference: Callable[[float], float], seed: int, duration_s: f
         driving = force - VISCOUS * v
         if v == 0.0 and abs(driving) <= STICTION:
             continue
-        level = COULOMB + (STICTION - COULOMB) * np.exp(-((v / STRIBECK_SPEED) ** 2))
+        level = COULOMB + (STICTION - COULOMB) * np.exp(-((v / stribeck_speed) ** 2))
         moved, most = v + STEP_S / MASS * driving, level * STEP_S / MASS
         v = 0.0 if abs(moved) <= most else moved - np.sign(moved) * most
         q += STEP_S * v

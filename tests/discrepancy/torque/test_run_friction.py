@@ -9,11 +9,11 @@ import pytest
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model
-from haptid.discrepancy.torque.rows import Mask
 from haptid.discrepancy.torque.run_friction import even_out_friction
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.search import search_torque
 from haptid.identification.simulators.inverse_dynamics import torque_runs
+from haptid.identification.simulators.slow_rows import Mask
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
 from haptid.support.linear_algebra import rms

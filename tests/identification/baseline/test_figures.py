@@ -13,7 +13,7 @@ def figures(free: float, torque: float, second: float) -> Figures:
     """Return figures of one joint: free simulation [m], torque [N], simulations of 1 s [m]."""
     return Figures(
         free_rmse=np.array([free]), torque_rmse=np.array([torque]), torque_error=np.array([0.1]),
-        horizon_rmse={"0.1": np.array([second / 10]), "1": np.array([second])},
+        away_rmse=np.array([torque]), horizon_rmse={"0.1": np.array([second / 10]), "1": np.array([second])},
     )  # fmt: skip
 
 

@@ -69,10 +69,12 @@ FIT = Fit(
 FIGURES = {
     "model": Figures(
         free_rmse=np.array([0.0123]), torque_rmse=np.array([0.00456]), torque_error=np.array([0.0789]),
+        away_rmse=np.array([0.00412]),
         horizon_rmse={"0.1": np.array([1.61e-4]), "1": np.array([0.00372]), "10": np.array([0.0583])},
     ),
     "baseline": Figures(
         free_rmse=np.array([0.0214]), torque_rmse=np.array([0.00657]), torque_error=np.array([0.0918]),
+        away_rmse=np.array([0.00611]),
         horizon_rmse={"0.1": np.array([2.94e-4]), "1": np.array([np.inf])},
     ),
 }  # fmt: skip
