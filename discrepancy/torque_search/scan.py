@@ -14,7 +14,6 @@ import numpy as np
 from haptid.discrepancy.detect.signatures import shapes
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.study import TorqueStudy
-from haptid.identification.simulators.inverse_dynamics import filter_as
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.linear_algebra import orthonormal_basis
@@ -86,9 +85,8 @@ def _signatures(
     start = np.array([s.start for s in simulator.equations.states])
     stacked = []
     for run, rows, weight in zip(study.runs, study.fitted_rows, study.weights, strict=True):
-        starts = np.broadcast_to(start, (len(sets), start.size))
-        y = simulator.kernel.simulate_many(run.t, simulator.inputs(run), theta, starts, linear=True)[:, :, 0].T
-        stacked.append((weight[:, None] * filter_as(run, y[:, 1:] - y[:, :1]))[rows])
+        y = simulator.simulate_many(theta, run, x0=start)[:, :, 0].T
+        stacked.append((weight[:, None] * (y[:, 1:] - y[:, :1]))[rows])
     D = np.concatenate(stacked)
     # A zero column explains nothing, so a diverged shape is never the best one.
     D[:, ~np.isfinite(D).all(axis=0)] = 0.0

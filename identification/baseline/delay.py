@@ -254,7 +254,8 @@ def _rows_of(motion: FilteredMotion, columns: Array, moving: NDArray[np.bool_], 
     width = 1 + own[0].shape[1]
     beside = np.zeros((motion.t.size, len(joints), width * len(joints)))
     for k in joints:
-        beside[:, k, width * k : width * (k + 1)] = np.column_stack([motion.q[:, k] - motion.q[:, k].mean(), own[k]])
+        dry = motion.through_filter(own[k])
+        beside[:, k, width * k : width * (k + 1)] = np.column_stack([motion.q[:, k] - motion.q[:, k].mean(), dry])
     torque = motion.through_filter(motion.torque)
     columns = np.concatenate([columns, motion.through_filter(beside)], axis=2)
     if extra:

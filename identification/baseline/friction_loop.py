@@ -58,7 +58,7 @@ def friction_loop(compared: Compared, run: Run, k: int) -> FrictionLoop:
     # The width of the figures: loop and figures then show the same residual.
     motion = filter_run(run, compared.width)
     inside = motion.interior
-    friction, _ = model.inverse.friction_along(model.theta, motion, k, slice(None), None)
+    friction = model.inverse.filtered_friction(model.theta, motion, k)
     gain = model.inverse.value(model.theta, "Kp", k)
     left = gain * (motion.with_delay(model.delay).torque - model.torque(motion))[:, k]
     return FrictionLoop(

@@ -137,7 +137,8 @@ class Regressor:
         """
         n, joints = motion.t.size, len(self.joints)
         W = np.concatenate([self.rigid_columns(motion), np.zeros((n, joints, len(FRICTION) * joints))], axis=2)
-        sign = np.sign(motion.v)
+        # Dry friction turns within a row: it has not passed the filter with the motion.
+        sign = motion.through_filter(np.sign(motion.v))
         for k in range(joints):
             first = self.n_rigid + len(FRICTION) * k
             W[:, k, first : first + len(FRICTION)] = np.column_stack([motion.v[:, k], sign[:, k], np.ones(n)])

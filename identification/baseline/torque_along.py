@@ -2,7 +2,8 @@
 
     τ = (rigid body + Ks·(q − epos) + friction(q̇))/Kp
 
-The states of friction follow the filtered speed.
+The states of friction follow the filtered speed. The torque is that of the motion behind the filter: what is linear in
+the motion has passed the filter with it, and dry friction passes it here.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.parameter_ids import id_suffixes
+from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
@@ -121,10 +123,32 @@ class TorqueAlong:
         for k, slides in enumerate(self.prismatic):
             spring = self.value(theta, "Ks", k) * (motion.q[:, k] - self.value(theta, "epos", k))
             constant = self.value(theta, "gravity_cos", k) if slides and "gravity_cos" not in rigid else 0.0
-            friction = self.friction_along(theta, motion, k, slice(None), None)[0]
-            torque[:, k] += spring + constant + friction
+            torque[:, k] += spring + constant + self.filtered_friction(theta, motion, k)
             torque[:, k] /= self.value(theta, "Kp", k)
         return np.asarray(torque)
+
+    def filtered_friction(self, theta: Array, motion: FilteredMotion, k: int) -> Array:
+        """Compute the friction of one joint as the filter leaves it.
+
+        Viscous friction has passed the filter with the speed; the rest, which turns within a row, passes it here.
+
+        Parameters
+        ----------
+        theta
+            Parameters, shape (n_p,).
+        motion
+            Filtered motion.
+        k
+            Index of the joint among the free joints.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Friction torque [N m] ([N]).
+        """
+        friction, _ = self.friction_along(theta, motion, k, slice(None), None)
+        viscous = self.value(theta, law_named(self.equations.friction[k]).roles.viscous, k) * motion.v[:, k]
+        return viscous + motion.through_filter(friction - viscous)
 
     def friction_along(
         self, theta: Array, motion: FilteredMotion, k: int, rows: slice, state: Array | None

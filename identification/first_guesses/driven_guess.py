@@ -109,7 +109,8 @@ def _shares(drive: Drive, runs: Sequence[Run]) -> dict[str, float]:
         motion = filter_run(without_speed, width)
         back_emf = filter_run(run.but(u=without_speed.u - with_speed.u), width).torque
         ones = np.ones_like(motion.q)
-        table = [motion.a, motion.v, np.sign(motion.v), back_emf, ones, np.cos(motion.q), np.sin(motion.q)]
+        sign = motion.through_filter(np.sign(motion.v))
+        table = [motion.a, motion.v, sign, back_emf, ones, np.cos(motion.q), np.sin(motion.q)]
         raw = np.stack(table, axis=2)
         moving = moving_rows(motion)
         columns.append((motion.through_filter(raw) * moving[:, :, None])[motion.interior])

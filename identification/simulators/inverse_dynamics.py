@@ -13,9 +13,10 @@ where w = τ. Effects on the path of the reading cannot be inverted.
 1. `torque_equations` turns the equation of motion of a joint into the torque equation.
 2. `torque_run` exchanges torque and position of a run, both through the same filter: what is linear in the raw signals
    is so in the filtered ones.
-3. `TorqueSimulator` evaluates the torque equation along that motion. Its torque passes through the filter once more, as
-   the measured torque did: friction that turns within a row at a reversal is then filtered alike (the parallel filter
-   of Gautier 1997).
+3. `TorqueSimulator` evaluates the torque equation along that motion. With G for the filter, the measured torque is
+   G·G·τ, and so has to be what is computed. What is linear in the motion, M·q̈ + σ2·q̇ + Ks·q, has passed G with the
+   motion; the rest, friction that turns within a row or a wave over position, has not, and passes it here:
+   G·(L(G·q) + G·N(G·q)), with L the linear part and N the rest (the parallel filter of Gautier 1997).
 """
 
 from __future__ import annotations
@@ -57,7 +58,8 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
     -------
     Equations
         Inputs: position q, speed v, acceleration a, and with ``prompt`` the recorded torque. States: those of friction
-        law and effects. Output: torque τ [N m], or force [N] of a prismatic joint.
+        law and effects. Outputs: torque τ [N m], or force [N] of a prismatic joint, and its part that is linear in
+        motion and recorded torque.
 
     Raises
     ------
@@ -71,10 +73,13 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
     recorded = equations.inputs[:1] if prompt else ()
     a = Input(id="a", unit=f"{position.unit}/s^2", description="measured acceleration")
     if prompt is None:
-        torque = needed_torque(equations, a.symbol)
+        torque = needed = needed_torque(equations, a.symbol)
     else:
         _, slope = _acceleration(prompt)
         torque = recorded[0].symbol + (a.symbol - sp.sympify(equations.rhs[1])) / slope
+        needed = needed_torque(prompt, a.symbol)
+    # What follows the recorded torque is as filtered as that is.
+    linear = torque - needed + _linear_part(needed, equations, a.symbol)
     sizes = law_named(equations.friction[0]).nominal({x.id: x.initial for x in equations.parameters})
     first_effect = 2 + len(sizes)
     of_friction = zip(equations.states[2:first_effect], sizes, strict=True)
@@ -97,10 +102,36 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
                 description="torque that the measured motion needs",
                 expression=torque,
             ),
+            Output(
+                id="linear",
+                unit=equations.inputs[0].unit,
+                description="its part that is linear in motion and recorded torque",
+                expression=linear,
+            ),
         ),
         rhs=equations.rhs[2:],
         rates=equations.rates[2:],
     )
+
+
+def _linear_part(torque: sp.Expr, equations: Equations, a: sp.Symbol) -> sp.Expr:
+    """Return the terms c·q̈, c·q̇ and c·q of inertia, viscous friction and spring, c free of motion and states.
+
+    Other friction is left whole: its parts that are linear in the speed cancel against others while the joint slides.
+    """
+    symbols = {q.id: q.symbol for q in equations.parameters}
+    of_terms = (a, symbols.get(law_named(equations.friction[0]).roles.viscous), symbols.get("Ks"))
+    motion = (equations.states[0].symbol, equations.states[1].symbol, a)
+    states = {state.symbol for state in equations.states[2:]}
+    linear = sp.S.Zero
+    for symbol in of_terms:
+        if symbol is None:
+            continue
+        for term in sp.Add.make_args(sp.expand(symbol * sp.diff(torque, symbol))):
+            of_motion = [x for x in motion if term.has(x)]
+            if len(of_motion) == 1 and not (term / of_motion[0]).free_symbols & {*motion, *states}:
+                linear += term
+    return linear
 
 
 def invertible(equations: Equations) -> bool:
@@ -308,9 +339,11 @@ class TorqueSimulator:
         inputs = self.inputs(run)
         start = np.zeros(len(self.equations.states)) if x0 is None else x0
         if not sensitivities:
-            return Trajectory(t=run.t, y=filter_as(run, self.kernel.simulate(run.t, inputs, theta, start, linear=True)))
+            return Trajectory(
+                t=run.t, y=_as_measured(run, self.kernel.simulate(run.t, inputs, theta, start, linear=True))
+            )
         y, dy = self.kernel.simulate_tangent(run.t, inputs, theta, start, linear=True)
-        y, dy = filter_as(run, y), filter_as(run, dy)
+        y, dy = _as_measured(run, y), _as_measured(run, dy)
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
@@ -334,7 +367,7 @@ class TorqueSimulator:
         start = np.zeros(len(self.equations.states)) if x0 is None else x0
         starts = np.broadcast_to(start, (len(thetas), start.size))
         torques = self.kernel.simulate_many(run.t, self.inputs(run), thetas, starts, linear=True)
-        return np.moveaxis(filter_as(run, np.moveaxis(torques, 0, -1)), -1, 0)
+        return np.moveaxis(_as_measured(run, np.moveaxis(torques, 0, -1)), -1, 0)
 
     def inputs(self, run: Run) -> Array:
         """Return the inputs of the torque equation along a run.
@@ -370,6 +403,12 @@ def filter_as(run: Run, torque: Array) -> Array:
         The same in the same unit, convolved with the run's Gaussian along the rows.
     """
     return convolve_gaussian(torque, float(run.extra[WIDTH][0]))
+
+
+def _as_measured(run: Run, outputs: Array) -> Array:
+    """Filter the outputs of the torque equation, shape (n_t, 2, …), to the torque as measured, shape (n_t, 1, …)."""
+    torque, linear = outputs[:, :1], outputs[:, 1:]
+    return filter_as(run, linear + filter_as(run, torque - linear))
 
 
 def measured_motion(run: Run) -> Array:

@@ -105,9 +105,9 @@ class FilteredMotion:
         Returns
         -------
         ndarray
-            The same shape.
+            The same shape; the signal itself for a motion of one row.
         """
-        return convolve_gaussian(signal, self.width_in_rows)
+        return convolve_gaussian(signal, self.width_in_rows) if self.t.size > 1 else signal
 
     @property
     def width_in_rows(self) -> float:

@@ -13,13 +13,13 @@ static inline void HK_FN(column)(real X[HK_NX][HK_W], real *x) {
     for (int i = 0; i < HK_NX; i++) x[i] = X[i][0];
 }
 
-/* Relaxation rates for one sub-step of length h. */
-HK_INLINE void HK_FN(relax)(real t, real X[HK_NX][HK_W], const real *u, const real *p, real F[HK_NX][HK_W], real h, real *a) {
+/* Relaxation rates for one sub-step of length h, whose input goes from u0 to u1: of a motion that is the input, the speed. */
+HK_INLINE void HK_FN(relax)(real t, real X[HK_NX][HK_W], const real *u0, const real *u1, const real *p, real F[HK_NX][HK_W], real h, real *a) {
     real x[HK_NX], end[HK_NX];
     HK_FN(column)(X, x);
-    hk_rates(t, x, u, p, a);
+    hk_rates(t, x, u0, p, a);
     for (int i = 0; i < HK_NX; i++) x[i] = x[i] + h * F[i][0];
-    hk_rates(t + h, x, u, p, end);
+    hk_rates(t + h, x, u1, p, end);
     for (int i = 0; i < HK_NX; i++) a[i] = hk_max(a[i], end[i]);
 }
 
@@ -33,7 +33,7 @@ HK_INLINE void HK_FN(substep)(real X[HK_NX][HK_W], real t, const real *u0, const
         u1[j] = u0[j] + h * slope[j];
     }
     HK_EVAL(t, X, u0, p, F);
-    HK_FN(relax)(t, X, u0, p, F, h, a);
+    HK_FN(relax)(t, X, u0, u1, p, F, h, a);
     for (int i = 0; i < HK_NX; i++) {
         w[i] = hk_stiff[i] ? hk_weigh(a[i], h) : hk_classical(h);
         for (int c = 0; c < HK_W; c++) {

@@ -68,7 +68,7 @@ def without_lag() -> tuple[TorqueFit, TorqueFit]:
     """Fit a joint whose friction changes with position: the nominal model, and one with a lag instead of inertia."""
     base = fit_model(study(lag=0.0, lacks=2.0, coulomb=0.005))
     lag = catalogue()[LAG].at(base.study.scales(base.values))
-    return base, fit_model(base.study, (lag,), base.values | {"settled_lag_time": 0.15})
+    return base, fit_model(base.study, (lag,), base.values | {"settled_lag_time": 0.3})
 
 
 def test_the_last_digits_of_the_start_do_not_decide_where_a_fit_ends(without_lag):
@@ -77,7 +77,7 @@ def test_the_last_digits_of_the_start_do_not_decide_where_a_fit_ends(without_lag
     rng, left = np.random.default_rng(0), []
     for _ in range(3):
         start = {id: value * (1.0 + 1e-9 * rng.standard_normal()) for id, value in base.values.items()}
-        fit = fit_model(base.study, swapped.effects, start | {"settled_lag_time": 0.15})
+        fit = fit_model(base.study, swapped.effects, start | {"settled_lag_time": 0.3})
         left.append(rms(fit.fitted))
     assert left == pytest.approx([rms(swapped.fitted)] * 3, rel=1e-3)
 
@@ -93,7 +93,7 @@ def test_a_lag_in_the_place_of_the_inertia_fits_and_predicts_better_and_is_told(
 
 def test_a_refit_with_a_lag_keeps_the_inertia_where_it_can(without_lag):
     base, swapped = without_lag
-    promise = Promise(effect=swapped.effects[0], share=0.5, start={"settled_lag_time": 0.15}, columns=1)
+    promise = Promise(effect=swapped.effects[0], share=0.5, start={"settled_lag_time": 0.3}, columns=1)
     refitted = refit_candidate(base.study, base, promise)
     assert rms(refitted.fitted) > rms(swapped.fitted)
     assert refitted.values["inertia"] == pytest.approx(INERTIA, rel=0.1)
