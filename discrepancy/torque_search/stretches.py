@@ -69,6 +69,9 @@ def gain_of(less: TorqueFit, more: TorqueFit) -> Gain:
     n = max(naming.sum() / more.correlation_time, 2.0)
     count = max(int(n / THRESHOLDS.torque.stretch_in_correlation_lengths), THRESHOLDS.torque.least_stretches)
     a, b = (_predicted_energies(model, naming, count) for model in (less, more))
+    if not np.isfinite([*a, *b]).all():
+        # A column that the other stretches do not tell at all predicts nothing.
+        return Gain(fitted=-np.inf, predicted=-np.inf, n=n, errors=-np.inf)
     decrease = a - b
     spread = max(float(np.std(decrease, ddof=1)), np.finfo(float).tiny)
     return Gain(
@@ -94,8 +97,9 @@ def _predicted_energies(model: TorqueFit, naming: Mask, count: int) -> Array:
     for rows in np.array_split(np.arange(r.size), count):
         J_b, r_b = J[rows], r[rows]
         without = inverse(A - J_b.T @ J_b)
-        predicted = r_b + J_b @ (without @ (J_b.T @ r_b))
-        energies.append(float(np.sum(predicted[naming[rows]] ** 2)))
+        with np.errstate(over="ignore", invalid="ignore"):
+            predicted = r_b + J_b @ (without @ (J_b.T @ r_b))
+            energies.append(float(np.sum(predicted[naming[rows]] ** 2)))
     return np.array(energies)
 
 

@@ -144,7 +144,8 @@ def tell_uncertain(step: Step) -> str:
     worst = worst_score(step)
     if worst is None:
         return "uncertain: the model leaves more than the noise"
-    most, where = max((worst.over_noise, "in its worst run"), (step.fit.basins[0].over_noise, "in the fitted runs"))
+    fitted = max((score.over_noise for score in step.fit.runs if score.use == "fit"), default=0.0)
+    most, where = max((worst.over_noise, "in its worst run"), (fitted, "in its worst fitted run"))
     return f"uncertain: the model leaves {plain(most, 2 if most >= LARGE else 3)} times the noise {where}"
 
 

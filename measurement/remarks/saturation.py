@@ -1,7 +1,8 @@
 """Look for a torque that rests at its largest value, as of a limited command or a saturated amplifier: `Run` in.
 
-A torque that was designed may rest there, too, as a square wave or a staircase does: it rests elsewhere as well. The
-peak of a smooth torque in coarse numbers rests for as long as it takes through the next few numbers below it.
+A torque that was designed may rest there, too, as a square wave or a staircase does: it rests elsewhere as well, or is
+hardly anywhere else. A controller, whose reference was recorded, designs none. The peak of a smooth torque in coarse
+numbers rests for as long as it takes through the next few numbers below it.
 """
 
 from __future__ import annotations
@@ -45,7 +46,9 @@ def find_saturation(run: Run, column: int) -> str:
     }
     rests = {name: rows for name, rows in at_end.items() if _is_flat(u, rows, abs(ends[name]), step)}
     share = sum(float(rows.mean()) for rows in rests.values())
-    if share < THRESHOLDS.least_share_of_rows_at_largest_torque or _rests_elsewhere(u, rests):
+    if share < THRESHOLDS.least_share_of_rows_at_largest_torque or _rests_elsewhere(
+        u, rests, controlled=_is_controlled(run)
+    ):
         return ""
     what = "force" if run.prismatic[column] else "torque"
     return (
@@ -64,12 +67,17 @@ def _is_flat(u: Array, at_end: NDArray[np.bool_], end: float, step: float) -> bo
     return bool(below.sum() <= THRESHOLDS.largest_rows_below_over_at_largest_torque * at_end.sum())
 
 
-def _rests_elsewhere(u: Array, rests: dict[str, NDArray[np.bool_]]) -> bool:
-    """Return whether the torque rests away from its ends and from 0, too, or is hardly anywhere else."""
+def _is_controlled(run: Run) -> bool:
+    """Return whether the reference of a controller was recorded with the run."""
+    return any(f"reference_{joint}_" in name for joint in run.free_joints for name in run.extra)
+
+
+def _rests_elsewhere(u: Array, rests: dict[str, NDArray[np.bool_]], *, controlled: bool) -> bool:
+    """Return whether the torque rests away from its ends and from 0, too, or by design is hardly anywhere else."""
     ends = np.logical_or.reduce([*rests.values()])
     between = ~ends & (u != 0.0)
     if between.mean() < THRESHOLDS.least_share_of_rows_between_limits:
-        return True
+        return not controlled
     held = np.zeros(u.size, dtype=bool)
     held[1:] = np.diff(u) == 0.0
     lengths = np.array(_lengths(held & between))

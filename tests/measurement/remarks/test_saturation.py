@@ -75,6 +75,13 @@ def test_a_torque_that_was_meant_so_is_not_remarked(torque):
     assert not find_saturation(run_with(torque), 0)
 
 
+def test_a_controlled_torque_that_is_hardly_anywhere_but_at_its_ends_is_remarked():
+    limited = run_with(np.clip(200.0 * SINE, -1.0, 1.0))
+    assert find_saturation(limited, 0) == ""  # a square wave by design
+    reference = {f"reference_{limited.free_joints[0]}_rad": limited.y[:, 0]}
+    assert "highest and lowest" in find_saturation(limited.but(extra=reference), 0)
+
+
 def test_the_limit_of_a_stated_controller_is_known():
     runs = (run_with(np.clip(SINE, -0.8, 0.8)),)
     campaign = Campaign(folder=Path("made"), title="", device="single_joint", measured=True, runs=runs)

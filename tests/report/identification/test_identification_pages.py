@@ -666,7 +666,7 @@ def test_correlations_stand_in_their_row_and_column():
 
 def test_the_friction_of_the_page_is_that_of_the_worst_unseen_run():
     inverse = SimpleNamespace(
-        friction_along=lambda _theta, motion, *_: (np.full(motion.t.size, 0.3), None),
+        filtered_friction=lambda _theta, motion, _k: np.full(motion.t.size, 0.3),
         value=lambda _theta, id, _k: {"Kp": 2.0}[id],
     )
     model = SimpleNamespace(inverse=inverse, theta=np.zeros(3), torque=lambda motion: motion.torque - 0.05, delay=0.0)
