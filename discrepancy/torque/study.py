@@ -333,7 +333,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     # The masks hold rows out, so the runs themselves are scored from the first row on.
     whole = [run.but(score_from=0) for run in (*runs, *sealed)]
     # One filter for all runs of the machine, the sealed ones too.
-    both = torque_runs(whole, delay, base.parameter("inertia").initial) if drive is None else drive.turn(whole)
+    both = torque_runs(whole, delay) if drive is None else drive.turn(whole)
     turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
     return TorqueStudy(
