@@ -49,11 +49,9 @@ class Gap:
     def closed(self) -> float | None:
         """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
         excess = self.before - self.noise
-        return (
-            None
-            if excess < THRESHOLDS.finding.least_excess_over_noise * self.noise
-            else (self.before - self.after) / excess
-        )
+        if excess < THRESHOLDS.finding.least_excess_over_noise * self.noise:
+            return None
+        return (self.before - self.after) / excess
 
     @property
     def closed_beside_scatter(self) -> float | None:

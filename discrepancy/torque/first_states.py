@@ -7,13 +7,14 @@ spike of σ1·v.
 
 from __future__ import annotations
 
-from haptid.identification.simulators.inverse_dynamics import WIDTH, TorqueSimulator
+from haptid.identification.simulators.inverse_dynamics import WIDTH
+from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.score import fit_initial_state, rows_of_start
 from haptid.measurement.thresholds import THRESHOLDS as MEASUREMENT
 from haptid.measurement.values.run import Array, Run
 
 
-def first_states(simulator: TorqueSimulator, theta: Array, run: Run) -> Array:
+def first_states(simulator: Simulator, theta: Array, run: Run) -> Array:
     """Fit the states at the first row of a run to the torque of its first rows.
 
     Parameters
@@ -30,8 +31,6 @@ def first_states(simulator: TorqueSimulator, theta: Array, run: Run) -> Array:
     ndarray, shape (n_x,)
         States of friction law and effects.
     """
-    if not simulator.equations.states:
-        return fit_initial_state(simulator, theta, run)
     rows = rows_of_start(run)
     # The filter of the torque reaches beyond the rows that count.
     beyond = int(2.0 * MEASUREMENT.filter_reach_in_widths * float(run.extra[WIDTH][0])) + 1

@@ -124,7 +124,7 @@ class TorqueFit:
         ndarray, shape (n_t,)
             Residual torque [N m].
         """
-        simulator = self.study.simulator(self.effects)
+        simulator = self.problem.simulator
         x0 = first_states(simulator, self.theta, run)
         return np.asarray(run.y[:, 0] - simulator.simulate(self.theta, run, x0=x0).y[:, 0])
 

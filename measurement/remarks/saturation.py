@@ -46,9 +46,9 @@ def find_saturation(run: Run, column: int) -> str:
     }
     rests = {name: rows for name, rows in at_end.items() if _is_flat(u, rows, abs(ends[name]), step)}
     share = sum(float(rows.mean()) for rows in rests.values())
-    if share < THRESHOLDS.least_share_of_rows_at_largest_torque or _rests_elsewhere(
-        u, rests, controlled=_is_controlled(run)
-    ):
+    if share < THRESHOLDS.least_share_of_rows_at_largest_torque:
+        return ""
+    if _rests_elsewhere(u, rests, controlled=_is_controlled(run)):
         return ""
     what = "force" if run.prismatic[column] else "torque"
     return (
