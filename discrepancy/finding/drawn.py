@@ -48,7 +48,7 @@ class TorqueLeft:
     stretches
         Position [rad] ([m]) and the torque left before and after the search [N m] ([N]), shape (3, n) a run.
     noise
-        RMS of the torque's white noise [N m] ([N]).
+        RMS of the torque's noise [N m] ([N]).
     largest
         Largest measured torque [N m] ([N]), which chooses the unit; 0 where an earlier version did not store it.
     """

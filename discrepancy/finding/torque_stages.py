@@ -156,7 +156,7 @@ def _rivals_in_position(found: TorqueSearch, loop: ClosedLoop | None) -> tuple[R
 
 def _measure_gaps(base: TorqueFit, final: TorqueFit) -> dict[str, Gap]:
     """Return the gaps of rows away from reversals by group; ``sealed`` are runs that took part in no choice."""
-    noise, sealed = base.noise, base.study.sealed
+    noise, sealed = final.noise, base.study.sealed
     gaps = {
         "fit": Gap(before=rms(base.fitted_away), after=rms(final.fitted_away), noise=noise),
         "validate": Gap(before=rms(base.unseen_away), after=rms(final.unseen_away), noise=noise),

@@ -65,11 +65,11 @@ def tell_finding(finding: AnyFinding, title: str, verdict: str) -> Told:
         return [told]
     gap, unit = finding.gaps["validate"], unit_for("N m", [finding.search.study.prismatic])
     before, after, noise = plain(gap.before, 3), plain(gap.after, 3), plain(gap.noise, 3)
-    line = f"  held-out torque: RMS {before} {unit}, white noise {noise}"
-    columns = {"error": before, "white noise": noise}
+    line = f"  held-out torque: RMS {before} {unit}, noise {noise}"
+    columns = {"error": before, "noise": noise}
     if finding.search.final.effects:
-        line = f"  held-out torque: RMS {before} {unit} before, {after} after, white noise {noise}"
-        columns = {"before": before, "after": after, "white noise": noise}
+        line = f"  held-out torque: RMS {before} {unit} before, {after} after, noise {noise}"
+        columns = {"before": before, "after": after, "noise": noise}
     header = (f"RMS [{unit}]", *columns)
     return [told, Table(header=header, rows=[("held-out torque", *columns.values())], plain=line)]
 

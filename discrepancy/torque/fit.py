@@ -17,6 +17,7 @@ from haptid.identification.fit.stribeck_restraint import pays_for_release, relea
 from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
+from haptid.identification.simulators.inverse_dynamics import ACCELERATION_NOISE
 from haptid.identification.statistics.identifiability import on_bound
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array, Run
@@ -103,12 +104,17 @@ class TorqueFit:
 
     @property
     def noise(self) -> float:
-        """White noise of the torque [N m], RMS over the runs."""
-        return rms([run.sensor_std[0] for run in self.study.runs])
+        """Noise of the torque along the measured motion [N m], √(σ_τ² + (M/Kp·σ_a)²), RMS over the runs.
+
+        The inertia is this model's: that of a model in which much is missing may be far off.
+        """
+        inertia = self.values["inertia"] / self.values["Kp"]
+        sizes = [np.hypot(r.sensor_std[0], inertia * r.extra[ACCELERATION_NOISE][0]) for r in self.study.runs]
+        return rms(sizes)
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether the model leaves no more than white noise, so that nothing is left to name."""
+        """Whether the model leaves no more than noise, so that nothing is left to name."""
         return self.left <= THRESHOLDS.finding.largest_rms_over_torque_noise * self.noise
 
     def compute_missed(self, run: Run) -> Array:

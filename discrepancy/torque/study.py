@@ -255,12 +255,13 @@ class TorqueStudy:
             If the equations cannot be read from motion to torque.
         """
         late = [e for e in effects if delays_torque(e)]
+        nominal = self.equations()
         if late:
             # States of the torque's path and of the load then follow the recorded torque.
             prompt = self.equations([e for e in effects if e not in late])
-            equations = torque_equations(self.equations(effects), prompt)
+            equations = torque_equations(self.equations(effects), prompt, nominal=nominal)
         else:
-            equations = torque_equations(with_measured_load(self.equations(effects)))
+            equations = torque_equations(with_measured_load(self.equations(effects)), nominal=nominal)
         made = cached_kernel(equations, many=many, tangent=not many, substeps=KERNELS.most_substeps_of_inner_step)
         step = THRESHOLDS.torque.inner_step_s
         return TorqueSimulator(equations, replace(made, kernel=replace(made.kernel, step=step)))

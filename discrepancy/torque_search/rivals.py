@@ -78,14 +78,14 @@ def _exchange(study: TorqueStudy, final: TorqueFit, taken: TorqueCandidate, othe
     """Return the rival that ``other`` is in the place of ``taken``; None where the runs tell the two apart."""
     kept = tuple(effect for effect in final.effects if effect.key != taken.key)
     new = next(effect for effect in other.model.effects if effect.key == other.key)
-    exchanged = other.model
+    own = {effect.key for effect in other.model.effects} == {new.key, *(effect.key for effect in kept)}
     # The candidate's own model may still hold effects of earlier rounds that elimination left out, or lack later ones.
-    if {effect.key for effect in exchanged.effects} != {new.key, *(effect.key for effect in kept)}:
-        start = final.values | {q.id: other.model.values[q.id] for q in new.parameters}
-        try:
-            exchanged = fit_model(study, (*kept, new), start)
-        except NumericalError:
-            return None
+    start = other.model.values if own else final.values | {q.id: other.model.values[q.id] for q in new.parameters}
+    try:
+        # A candidate's refit stops early, the final model's does not: compared as they are, the latter would be ahead.
+        exchanged = fit_model(study, (*kept, new), start)
+    except NumericalError:
+        return None
     ahead = compare_candidates(taken.key, exchanged, final)
     if ahead.predicts_better:
         return None

@@ -40,11 +40,14 @@ from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.thresholds import THRESHOLDS
 
 SPEED, ACCELERATION, TORQUE, WIDTH = "filtered_speed", "filtered_acceleration", "filtered_torque", "filter_width"
+ACCELERATION_NOISE = "acceleration_noise"
 """Columns of a `torque_run`: speed [rad/s], acceleration [rad/s²] and torque [N m] after one pass of the filter, width
-of the filter [rows]."""
+of the filter [rows], and what the position's noise leaves in the acceleration [rad/s²]."""
 
 
-def torque_equations(equations: Equations, prompt: Equations | None = None) -> Equations:
+def torque_equations(
+    equations: Equations, prompt: Equations | None = None, *, nominal: Equations | None = None
+) -> Equations:
     """Solve the equation of motion of one joint for its torque.
 
     Parameters
@@ -53,6 +56,10 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
         Equations of a single joint, with effects or without; their parameters keep bounds, priors and first guesses.
     prompt
         The same without the effects on the path of the torque, where there are such effects.
+    nominal
+        The same without any effect, whose linear part is taken of every model that is compared with it: an effect that
+        makes the inertia a function of position would else filter the noise of the whole acceleration once more, and
+        gain by that alone. ``equations`` where None.
 
     Returns
     -------
@@ -79,7 +86,7 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
         torque = recorded[0].symbol + (a.symbol - sp.sympify(equations.rhs[1])) / slope
         needed = needed_torque(prompt, a.symbol)
     # What follows the recorded torque is as filtered as that is.
-    linear = torque - needed + _linear_part(needed, equations, a.symbol)
+    linear = torque - needed + _linear_part(nominal or prompt or equations, a.symbol)
     sizes = law_named(equations.friction[0]).nominal({x.id: x.initial for x in equations.parameters})
     first_effect = 2 + len(sizes)
     of_friction = zip(equations.states[2:first_effect], sizes, strict=True)
@@ -114,11 +121,12 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
     )
 
 
-def _linear_part(torque: sp.Expr, equations: Equations, a: sp.Symbol) -> sp.Expr:
+def _linear_part(equations: Equations, a: sp.Symbol) -> sp.Expr:
     """Return the terms c·q̈, c·q̇ and c·q of inertia, viscous friction and spring, c free of motion and states.
 
     Other friction is left whole: its parts that are linear in the speed cancel against others while the joint slides.
     """
+    torque = needed_torque(equations, a)
     symbols = {q.id: q.symbol for q in equations.parameters}
     of_terms = (a, symbols.get(law_named(equations.friction[0]).roles.viscous), symbols.get("Ks"))
     motion = (equations.states[0].symbol, equations.states[1].symbol, a)
@@ -213,13 +221,13 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0, inertia
     # Most of a torque that rests is one number: its neighbouring rows show nothing, and the step alone tells its error.
     raw = float(np.hypot(estimate_noise(run.t, run.u[:, 0], resolution), resolution / np.sqrt(12.0)))
     # A sensor's noise that nobody knows yet is NaN.
-    of_motion = inertia * m.acceleration_noise_gain * float(np.nan_to_num(run.sensor_std[0]))
+    of_acceleration = m.acceleration_noise_gain * float(np.nan_to_num(run.sensor_std[0]))
     return run.but(
         t=m.t[rows] - m.t[m.edge],
         u=m.q[rows],
         y=m.through_filter(m.torque)[rows],
         v=None,
-        noise=np.array([np.hypot(raw * m.white_noise_gain, of_motion)]),
+        noise=np.array([np.hypot(raw * m.white_noise_gain, inertia * of_acceleration)]),
         resolution=np.zeros(1),
         hold="linear",
         score_from=m.interior.start - m.edge,
@@ -229,6 +237,7 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0, inertia
             ACCELERATION: m.a[rows, 0],
             TORQUE: m.torque[rows, 0],
             WIDTH: np.full(m.t[rows].size, m.width_in_rows),
+            ACCELERATION_NOISE: np.full(m.t[rows].size, of_acceleration),
         },
         drive_inputs={},
     )

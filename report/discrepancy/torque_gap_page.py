@@ -36,7 +36,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
     Returns
     -------
     Picture
-        All runs in one panel, the residual with ±2σ of the torque's white noise below.
+        All runs in one panel, the residual with ±2σ of the torque's noise below.
     """
     found = finding.search
     with style():
@@ -61,7 +61,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
             axis.legend(fontsize=7)
     caption = (
         "Above: torque over position, without the rows at rest. Below: measured minus modelled torque on stretches "
-        "that no fit saw; the band is ±2σ of the torque's white noise. The table counts rows away from reversals, "
+        "that no fit saw; the band is ±2σ of the torque's noise. The table counts rows away from reversals, "
         "which name effects."
     )
     return picture_of(made, caption=caption, alt="torque over position, measured and modelled")
@@ -129,7 +129,7 @@ def _gaps(finding: TorqueFinding) -> Table:
     shares = {name: tell_share(gap.closed, 0) for name, gap in finding.gaps.items()}
     shown, rows = gap_rows(finding.gaps, shares, "stretches", _unit(finding, "N m"), finding.largest_torque)
     unit = f"[{shown}]"
-    header = ("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed")
+    header = ("", f"left before {unit}", f"left after {unit}", f"noise {unit}", "gap closed")
     return Table(header=header, rows=rows)
 
 

@@ -23,11 +23,18 @@ def truth_of(joint: int) -> dict[str, float]:
 
 
 def controlled_joint(
-    joint: int, reference: Callable[[Array], Array], *, seconds: float, seed: int, use: str = "fit", extra: float = 0.0
+    joint: int,
+    reference: Callable[[Array], Array],
+    *,
+    seconds: float,
+    seed: int,
+    use: str = "fit",
+    extra: float = 0.0,
+    wave: float = 5.0,
 ) -> Run:
     """Move ``joint`` along ``reference(t)`` by proportional-derivative control; only the torque is recorded.
 
-    ``extra`` is a torque extra·sin(5 q) [N m] of which the recorded command knows nothing.
+    ``extra`` is a torque extra·sin(wave·q) [N m; rad⁻¹] of which the recorded command knows nothing.
     """
     arm, t = Arm(read_truth()), np.round(np.arange(0.0, seconds, STEP), 6)
     rng, wanted = np.random.default_rng([joint, seed]), reference(t)
@@ -39,7 +46,7 @@ def controlled_joint(
             velocity += STEP / (STEP + FILTER) * ((read[k] - read[k - 1]) / STEP - velocity)
         torque[k, joint] = KP * (wanted[k] - read[k]) - KD * velocity
         applied = torque[k].copy()
-        applied[joint] += extra * np.sin(5.0 * state[joint])
+        applied[joint] += extra * np.sin(wave * state[joint])
         arm.advance((joint,), state, applied, STEP)
     run = Run(
         file=f"controlled_{seed}.csv",

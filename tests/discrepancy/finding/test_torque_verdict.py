@@ -169,7 +169,7 @@ def test_the_terminal_tells_an_error_without_names_once():
     table = tell_finding(found, "joint 0", found.verdict)[1]
     assert isinstance(table, Table)
     assert table.rows == [("held-out torque", "0.05", "0.0001")]
-    assert table.plain == "  held-out torque: RMS 0.05 N m, white noise 0.0001"
+    assert table.plain == "  held-out torque: RMS 0.05 N m, noise 0.0001"
 
 
 def test_friction_that_differs_from_run_to_run_is_told_with_its_ends():

@@ -92,3 +92,12 @@ def test_the_linear_part_is_inertia_viscous_friction_and_spring() -> None:
     q, v, a = (one.symbol for one in equations.inputs)
     linear = equations.outputs[1].expression.subs(values)
     assert float(linear.subs({q: 0.3, v: -0.7, a: 2.0})) == pytest.approx(0.02 * 2.0 - 0.05 * 0.7 + 0.1 * 0.3)
+
+
+@pytest.mark.parametrize("key", ["configuration_inertia", "cogging", "gain_drift"])
+def test_no_effect_has_a_linear_part_of_its_own(key: str) -> None:
+    nominal = joint_equations(0)
+    effect = catalogue()[key].at(Scales())
+    alike = torque_equations(joint_equations(0, effects=[effect]), nominal=nominal)
+    # A part of its own would be filtered less or more often than the model's that it is compared with.
+    assert alike.outputs[1].expression == torque_equations(nominal).outputs[1].expression

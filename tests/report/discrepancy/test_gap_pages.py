@@ -89,7 +89,7 @@ def torque() -> Seen:
 
 def test_the_torque_left_before_stands_before_that_after(torque):
     table = torque.table("Before and after")
-    assert table.header == ["", "left before [mN m]", "left after [mN m]", "white noise [mN m]", "gap closed"]
+    assert table.header == ["", "left before [mN m]", "left after [mN m]", "noise [mN m]", "gap closed"]
     rows = {
         "fitted stretches": ["41.7", "12.9", "5.4", "79 %"],
         "stretches that no fit saw, which chose among candidates": ["53.1", "14.6", "6.2", "82 %"],
@@ -105,7 +105,7 @@ def test_torques_from_1_on_stand_in_newton_metres():
     finding = replace(FINDING, search=found, gaps=dict.fromkeys(("fit", "validate"), strong))
     seen = render(torque_gap_page, finding, "An arm", measured=True)
     table = seen.table("Before and after")
-    assert table.header == ["", "left before [N m]", "left after [N m]", "white noise [N m]", "gap closed"]
+    assert table.header == ["", "left before [N m]", "left after [N m]", "noise [N m]", "gap closed"]
     assert list(table.row("fitted stretches").values())[1:4] == ["40.2", "12.9", "0.0054"]
     axis = Figure().subplots()
     draw_torque_left(
