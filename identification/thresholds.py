@@ -68,6 +68,13 @@ class Thresholds:
 
     stribeck_speed_over_least_speed: float = 100.0
     """The same mean over the smallest vs [1]."""
+    most_reweighings: int = 8
+    """Largest number of fits with a new weight of the rows near reversals [1]."""
+    largest_share_left_by_release: float = 0.5
+    """Mean square of the residual without the restraint of the Stribeck curve over that with it [1] below which the
+    restraint is dropped above the noise as well: what a model lacks is never most of a restrained curve's residual."""
+    least_change_of_weight: float = 0.05
+    """Share by which that weight has to change for another fit [1]."""
 
     # Plain model: rows, columns and blocks of its least squares, and how it is simulated.
     largest_rest_speed_over_rms_speed: float = 0.05

@@ -205,8 +205,8 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
        decides when friction turns: a joint that sticks for a few rows leaves as much as its friction, in 1 or 2 % of
        the rows, and a fit that counts them alike bends its friction to them.
     3. Widen the range of the stiffness while the fit ends at its upper end.
-    4. Drop the restraint of the Stribeck curve where the model then leaves noise, and clearly less
-       (`identification.fit.stribeck_restraint`).
+    4. Drop the restraint of the Stribeck curve where that pays (`identification.fit.stribeck_restraint`).
+    5. Repeat step 2 after steps 3 and 4 until the weight stays.
 
     The largest stiffness in presliding is a guess from the travel. A joint whose friction turns within less than that
     would show, at every reversal, a discrepancy that is none of the joint's.
@@ -235,18 +235,58 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
     study = replace(study, weight_of_turning=_weight_of_turning(found))
     if study.weight_of_turning < 1.0:
         found = fit_model(study, start=found.values, starts=starts, seed=seed)
-    return _released(_with_wide_stiffness(found, study))
+    return settle(found)
 
 
-def _with_wide_stiffness(found: TorqueFit, study: TorqueStudy) -> TorqueFit:
+def settle(found: TorqueFit) -> TorqueFit:
+    """Repeat a fit with the weight, the range of the stiffness and the restraint that it asks for itself.
+
+    What a model without an effect asks for is not what the model with it does: a wave that nobody knows makes rows away
+    from reversals weigh no more than those near them, and holds the Stribeck curve restrained.
+
+    Parameters
+    ----------
+    found
+        Fit of a model with effects or without.
+
+    Returns
+    -------
+    TorqueFit
+        Its study is another one where anything changed: models that are compared with it are fitted to that.
+    """
+    for _ in range(IDENTIFICATION.most_reweighings):
+        before = found.study
+        found = _released(_reweighed(_with_wide_stiffness(found)))
+        # One may lead to the next: rows near reversals that weigh less ask for a stiffer friction, and that to sharper.
+        if found.study is before:
+            break
+    return found
+
+
+def _reweighed(found: TorqueFit) -> TorqueFit:
+    """Return the fit with the weight of rows near reversals that it asks for itself.
+
+    What is left there is told by a fit that is not bent to them, so that the weight falls as the fit gets better.
+    """
+    for _ in range(IDENTIFICATION.most_reweighings):
+        study = found.study
+        weight = _weight_of_turning(found)
+        if abs(weight - study.weight_of_turning) <= IDENTIFICATION.least_change_of_weight * study.weight_of_turning:
+            break
+        found = fit_model(replace(study, weight_of_turning=weight), found.effects, found.values)
+    return found
+
+
+def _with_wide_stiffness(found: TorqueFit) -> TorqueFit:
     """Return the fit in a range of the stiffness that it does not end at, as far as that lowers the cost."""
+    study = found.study
     stiffness = law_named(study.base.friction[0]).roles.stiffness
     for _ in range(IDENTIFICATION.most_widenings_of_bounds):
         if stiffness in study.stated or not _is_at_upper_bound(found, stiffness):
             return found
         wider = IDENTIFICATION.bounds_over_guess * study.base.parameter(stiffness).upper
         study = replace(study, base=study.base.with_parameters({stiffness: {"upper": wider}}))
-        again = fit_model(study, start=found.values)
+        again = fit_model(study, found.effects, found.values)
         # The energy is what is minimised, but for priors that a stiffness has none of.
         if rms(again.weighted) >= (1.0 - THRESHOLDS.torque.least_decrease_of_cost) * rms(found.weighted):
             return found
@@ -261,10 +301,10 @@ def _released(found: TorqueFit) -> TorqueFit:
         return found
     base = release_stribeck(found.study.base)
     begin = {id: max(found.values[id], base.parameter(id).initial) for id in held}
-    freed = fit_model(replace(found.study, base=base), start=found.values | begin)
-    before, after = (float(np.mean((one.weighted / one.noise) ** 2)) for one in (found, freed))
-    rows = freed.weighted.size / max(freed.correlation_time, 1.0)
-    return freed if freed.leaves_noise and pays_for_release(before, after, rows, len(held)) else found
+    freed = fit_model(replace(found.study, base=base), found.effects, found.values | begin)
+    before, after = (float(np.mean((one.fitted_away / one.noise) ** 2)) for one in (found, freed))
+    rows = freed.fitted_away.size / max(freed.correlation_time, 1.0)
+    return freed if pays_for_release(before, after, rows, len(held), leaves_noise=freed.leaves_noise) else found
 
 
 def _weight_of_turning(found: TorqueFit) -> float:

@@ -3,7 +3,8 @@
 1. Fit the nominal model, and take out what friction differs by from run to run (`torque.run_friction`).
 2. Scan the catalogue, and refit the most promising effects.
 3. Add the best effect that fits and predicts better, and is no lag that takes the inertia's place (`rigid_body`);
-   repeat from step 2 until none does, or the model leaves no more than the torque's white noise.
+   settle weights and restraints that the larger model asks for (`torque.fit.settle`); repeat from step 2 until none
+   does, or the model leaves no more than the torque's noise.
 4. Leave out what does not keep its place beside the others (`eliminate`).
 5. Exchange each named effect for those that gained beside it, and keep what the runs cannot tell apart (`find_rivals`).
 
@@ -20,7 +21,7 @@ from dataclasses import dataclass, replace
 
 from haptid.discrepancy.resonance.resonances import find_resonances, offered
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal
+from haptid.discrepancy.torque.fit import TorqueFit, fit_model, fit_nominal, settle
 from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.run_friction import even_out_friction
 from haptid.discrepancy.torque.study import TorqueStudy
@@ -139,7 +140,10 @@ def search_torque(
         if step.taken is None:
             break
         taken = step.taken.model
-        current = fit_model(study, taken.effects, taken.values)
+        current = settle(fit_model(study, taken.effects, taken.values))
+        if current.study is not study:
+            study = current.study
+            base = fit_model(study, start=base.values)
     tell("backward elimination")
     final, stability = eliminate(study, current, base, seed=seed)
     # Without effects it is the nominal model, from a start that may end higher.

@@ -28,7 +28,7 @@ import numpy as np
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.driven import compare_driven
-from haptid.identification.first_guesses.plain_guess import friction_left_open
+from haptid.identification.first_guesses.plain_guess import friction_left_open, guess_along
 from haptid.identification.fit.multistart import fit, from_optimum, with_agreement
 from haptid.identification.fit.own_bounds import fit_within_own_bounds, largest_command
 from haptid.identification.fit.plain_fit import plain_fit
@@ -252,7 +252,7 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     best = Fitted(fit=seen, torque_scored=False, compared=test.with_positions(seen).compare(seen.values))
     if quiet(seen, options) or not both:
         return best
-    scored = _score_torque(test, seen, best.compared.delay_s, options, workers)
+    scored = _score_torque(test, seen, best.compared, options, workers)
     lead = scored.compared.badness("model", "fit") - best.compared.badness("model", "fit")
     return best if lead > THRESHOLDS.largest_lead_of_observer else scored
 
@@ -292,10 +292,15 @@ def _fit_motion(
     return test, _widen_above_noise(test, seen, options, workers).but(inner_step=test.step)
 
 
-def _score_torque(test: JointTest, seen: Fit, delay: float, options: FitOptions, workers: Workers | None) -> Fitted:
+def _score_torque(
+    test: JointTest, seen: Fit, compared: Compared, options: FitOptions, workers: Workers | None
+) -> Fitted:
     """Fit the torque of a controlled joint, and say what the fit through the observer ``seen`` would leave."""
+    equations = test.equations
+    if test.device is None:
+        equations = guess_along(equations, compared.baseline, test.runs, test.stated)
     found = fit_torque(
-        test.equations, test.runs, stated=test.stated, own=test.own, delay=delay,
+        equations, test.runs, stated=test.stated, own=test.own, delay=compared.delay_s,
         position=test.simulator(test.equations), options=options, workers=workers,
     )  # fmt: skip
     strategy = choose_for(test.runs)

@@ -3,7 +3,8 @@
 Along a motion that hardly creeps, a free Stribeck curve of a model that lacks something takes the Coulomb torque's
 part: its speed rises to half of the top speed and Fc collapses, or Fs grows without bound. So the curve is held near
 what friction has in general. A model that leaves noise without the restraint, and clearly less than with it, lacks
-nothing that the curve could stand in for: the restraint is then dropped.
+nothing that the curve could stand in for: the restraint is then dropped. So it is where it was what most of the
+residual came from: a curve that stands in for something else takes a smaller part.
 """
 
 from __future__ import annotations
@@ -103,21 +104,25 @@ def release_stribeck(equations: Equations) -> Equations:
     return equations.with_parameters(changes)
 
 
-def pays_for_release(restrained: float, released: float, rows: float, parameters: int) -> bool:
-    """Say whether a fit without the restraint leaves clearly less than one with it.
+def pays_for_release(restrained: float, released: float, rows: float, parameters: int, *, leaves_noise: bool) -> bool:
+    """Say whether a fit without the restraint leaves clearly less than one with it, and no more than noise or half.
 
     Parameters
     ----------
     restrained, released
-        Mean square of the weighted residual over the noise [1] of both fits.
+        Mean square of the residual away from reversals over the noise [1] of both fits.
     rows
-        Number of independent rows: all rows over the correlation time of the residual.
+        Number of independent rows: these rows over the correlation time of the residual.
     parameters
         Number of parameters that are held.
+    leaves_noise
+        Whether the fit without it leaves no more than noise.
 
     Returns
     -------
     bool
-        Whether n·(χ²₁ − χ²₂) > k·ln n, the penalty of k parameters by the Bayesian information criterion.
+        Whether n·(χ²₁ − χ²₂) > k·ln n, the penalty of k parameters by the Bayesian information criterion, and above
+        the noise χ²₂ < `THRESHOLDS.largest_share_left_by_release`·χ²₁.
     """
-    return bool(rows * (restrained - released) > parameters * np.log(max(rows, 1.0)))
+    enough = leaves_noise or released < THRESHOLDS.largest_share_left_by_release * restrained
+    return bool(enough and rows * (restrained - released) > parameters * np.log(max(rows, 1.0)))

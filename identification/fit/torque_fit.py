@@ -6,10 +6,12 @@
    tell it.
 3. Fit without observer. Fit again with the rows near reversals at the weight w = min(1, RMS away from reversals over
    RMS near them): the filter decides there when friction turns, a joint that sticks for a few rows leaves as much as
-   its friction, and a fit that counts these rows alike bends friction and inertia to them.
+   its friction, and a fit that counts these rows alike bends friction and inertia to them. What they leave grows as
+   the fit bends less to them: weight and fit are repeated until the weight stays, the maximum of the likelihood with a
+   variance for either group of rows.
 4. Widen ranges that haptid chose where the optimum lies on them (`identification.fit.own_bounds`). The range of the
    Stribeck curve is not one of them: it is restrained, and the restraint is dropped where the model then leaves noise,
-   and clearly less (`identification.fit.stribeck_restraint`).
+   and clearly less, or less than half (`identification.fit.stribeck_restraint`).
 5. Where the residual is above the torque's noise, widen the standard deviations by the jackknife: a slow sweep then
    identifies inertia, Stribeck velocity or viscous friction only as far as all its parts agree on them.
 6. Move the estimate within these errors along what free simulations of the position see
@@ -43,6 +45,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.simulators.slow_rows import Mask, rests, turns
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.statistics.score import fit_initial_state, residuals, score_of
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.workers.workers import Workers
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
@@ -101,16 +104,31 @@ def fit_torque(  # noqa: PLR0913 # the joint and its runs, what is known of them
     noisy = torque_runs(runs, delay, found.values["inertia"])
     turned = tuple(run.but(noise=one.noise) for run, one in zip(turned, noisy, strict=True))
     weight = _weight_near_reversals(_residuals(found, turned))
-    weighted = tuple(run.but(weight=np.where(turns(run), weight * run.weight, run.weight)) for run in turned)
 
     def fit_weighted(equations: Equations, options: FitOptions) -> Fit:
+        weighted = _weigh_reversals(turned, weight)
         return fit(TorqueSimulator.of(equations), weighted, options=options, workers=workers)
+
+    def reweighed(found: Fit, equations: Equations) -> Fit:
+        # What is left near reversals is told by a fit that is not bent to them, so that the weight falls further.
+        nonlocal weight
+        for _ in range(THRESHOLDS.most_reweighings):
+            again = _weight_near_reversals(_residuals(found, turned))
+            if abs(again - weight) <= THRESHOLDS.least_change_of_weight * weight:
+                break
+            weight = again
+            found = fit_weighted(_with_ranges_of(found, equations), from_optimum(found, options, alone=True))
+        return found
 
     held = restrained_ids(restrained)
     found = fit_within_own_bounds(
-        fit_weighted, restrained, weighted, [id for id in own if id not in held], from_optimum(found, options)
+        fit_weighted, restrained, turned, [id for id in own if id not in held], from_optimum(found, options)
     )
-    found = _released(found, restrained, fit_weighted, sum(run.t.size for run in weighted if run.use == "fit"), options)
+    found = reweighed(found, restrained)
+    freed = _released(found, restrained, fit_weighted, turned, options)
+    if freed is not found:
+        found = reweighed(freed, release_stribeck(restrained))
+    weighted = _weigh_reversals(turned, weight)
     simulator = TorqueSimulator.of_torque(found.equations)
     if found.basins[0].over_noise > options.tolerance:
         found = with_jackknife(simulator, found, weighted, options, workers)
@@ -146,6 +164,11 @@ def _residuals(found: Fit, turned: Sequence[Run]) -> list[_Left]:
     return left
 
 
+def _with_ranges_of(found: Fit, equations: Equations) -> Equations:
+    """Return the equation of motion with the ranges that a fit of its torque equation ended with."""
+    return equations.with_parameters({q.id: {"lower": q.lower, "upper": q.upper} for q in found.equations.parameters})
+
+
 def _weight_near_reversals(left: Sequence[_Left]) -> float:
     """Return the RMS of the fitted residual away from reversals over that near them, at most 1; 1 without such rows."""
     away, near = [], []
@@ -157,6 +180,17 @@ def _weight_near_reversals(left: Sequence[_Left]) -> float:
     if not (sum(map(len, away)) and sum(map(len, near))):
         return 1.0
     return min(1.0, rms(np.concatenate(away)) / max(rms(np.concatenate(near)), np.finfo(float).tiny))
+
+
+def _rows_away_over_noise(found: Fit, turned: Sequence[Run]) -> Array:
+    """Return the residual of fitted rows away from rests and reversals over the noise, shape (n_rows,)."""
+    left = [one for one in _residuals(found, turned) if one.run.use == "fit"]
+    return np.concatenate([one.r[_judged(one.run)].ravel() / float(one.run.sensor_std[0]) for one in left])
+
+
+def _weigh_reversals(turned: Sequence[Run], weight: float) -> tuple[Run, ...]:
+    """Return the runs with the weight of rows near reversals."""
+    return tuple(run.but(weight=np.where(turns(run), weight * run.weight, run.weight)) for run in turned)
 
 
 def _scored(run: Run) -> Mask:
@@ -189,22 +223,21 @@ def _released(
     found: Fit,
     restrained: Equations,
     fit_weighted: Callable[[Equations, FitOptions], Fit],
-    rows: int,
+    turned: Sequence[Run],
     options: FitOptions,
 ) -> Fit:
-    """Return the fit without the restraint of the Stribeck curve where that one leaves noise and clearly less."""
+    """Return the fit without the restraint of the Stribeck curve where that pays (`stribeck_restraint`)."""
     held = restrained_ids(restrained)
     if not held:
         return found
-    ranges: dict[str, dict[str, object]] = {
-        q.id: {"lower": q.lower, "upper": q.upper} for q in found.equations.parameters
-    }
-    released = release_stribeck(restrained.with_parameters(ranges))
+    released = release_stribeck(_with_ranges_of(found, restrained))
     begin = {id: max(found.values[id], released.parameter(id).initial) for id in held}
     start = tuple((found.values | begin).values())
     freed = fit_weighted(released, from_optimum(found, options, alone=True).but(start=start))
-    independent = rows / max(freed.correlation_time, 1.0)
-    if quiet(freed, options) and pays_for_release(found.cost, freed.cost, independent, len(held)):
+    before, after = (_rows_away_over_noise(one, turned) for one in (found, freed))
+    rows = after.size / max(freed.correlation_time, 1.0)
+    squares = (float(np.mean(before**2)), float(np.mean(after**2)))
+    if pays_for_release(*squares, rows, len(held), leaves_noise=quiet(freed, options)):
         return with_agreement(freed, found, options)
     return found
 

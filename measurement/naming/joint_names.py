@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from haptid.measurement.format.columns import KNOWN, NUMBERED
 from haptid.measurement.naming.mapping import Target
+from haptid.measurement.naming.switches import understand_switches
 from haptid.measurement.naming.units_in_names import understand_column, understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.model.device.device import Device
@@ -87,9 +88,8 @@ def understand_table(
     if len(columns) < len(table.columns):  # two names of one joint: none is taken for a number
         columns = {column: column for column in table.columns}
     targets = understand_columns(list(columns), stated, resolution)
-    return {columns.get(column, column): target for column, target in targets.items()} | _by_joints(
-        table, stated, numbers
-    )
+    of_names = {columns.get(column, column): target for column, target in targets.items()}
+    return understand_switches(table, stated) | of_names | _by_joints(table, stated, numbers)
 
 
 def _by_joints(table: Table, stated: Mapping[str, Target], numbers: Mapping[str, int]) -> dict[str, Target]:

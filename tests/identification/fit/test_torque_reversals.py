@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from haptid import Campaign
+from haptid.identification.baseline.baseline import fit_baseline
+from haptid.identification.first_guesses.plain_guess import guess_along
 from haptid.identification.fit.stribeck_restraint import (
     pays_for_release,
     release_stribeck,
@@ -94,7 +96,32 @@ def test_release_drops_the_priors_and_frees_the_speed_alone() -> None:
 @pytest.mark.parametrize(("gain", "pays"), [(0.0, False), (0.013, False), (0.014, True)])
 def test_release_costs_what_the_information_criterion_asks(gain: float, pays: bool) -> None:
     # 2·ln 1000 = 13.8 of 1000 rows.
-    assert pays_for_release(1.0 + gain, 1.0, 1000.0, 2) is pays
+    assert pays_for_release(1.0 + gain, 1.0, 1000.0, 2, leaves_noise=True) is pays
+
+
+@pytest.mark.parametrize(("left", "pays"), [(0.6, False), (0.4, True)])
+def test_above_the_noise_the_restraint_has_to_be_what_most_came_from(left: float, pays: bool) -> None:
+    assert pays_for_release(10.0, 10.0 * left, 1000.0, 2, leaves_noise=False) is pays
+
+
+def test_the_weight_is_the_one_that_the_fit_asks_for(right: Fit) -> None:
+    told = next(note for note in right.notes if "near reversals" in note)
+    weight = float(told.split("the weight ")[1].split(" ")[0])
+    near = float(told.split(" and leave ")[1].split(" N ")[0])
+    away = np.sqrt(np.mean([run.rmse_rad**2 for run in right.runs if run.use == "fit"]))
+    assert weight == pytest.approx(away / near, rel=0.1)
+
+
+def test_stiction_beyond_the_guess_of_the_data_is_found() -> None:
+    equations, runs = case(0.0)
+    low = stage.STICTION / 6.0
+    narrow = equations.with_parameters({"Fc": {"initial": low, "lower": low / 100.0, "upper": low * 100.0}})
+    plain = fit_baseline(runs, None, [], [1.0])
+    found = fit_torque(
+        guess_along(narrow, plain, runs, ()), runs, own=[q.id for q in equations.parameters], options=OPTIONS
+    )
+    # Three times the guess from the data, the end of the restraint, is half of the stiction.
+    assert found.values["Fs"] == pytest.approx(stage.STICTION, rel=0.05)
 
 
 def test_a_rest_is_longer_than_a_reversal() -> None:
