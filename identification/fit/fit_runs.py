@@ -26,9 +26,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.driven import compare_driven
-from haptid.identification.first_guesses.plain_guess import friction_left_open, guess_along
+from haptid.identification.first_guesses.plain_guess import friction_left_open
 from haptid.identification.fit.multistart import fit, from_optimum, with_agreement
 from haptid.identification.fit.own_bounds import fit_within_own_bounds, largest_command
 from haptid.identification.fit.plain_fit import plain_fit
@@ -296,11 +297,9 @@ def _score_torque(
     test: JointTest, seen: Fit, compared: Compared, options: FitOptions, workers: Workers | None
 ) -> Fitted:
     """Fit the torque of a controlled joint, and say what the fit through the observer ``seen`` would leave."""
-    equations = test.equations
-    if test.device is None:
-        equations = guess_along(equations, compared.baseline, test.runs, test.stated)
     found = fit_torque(
-        equations, test.runs, stated=test.stated, own=test.own, delay=compared.delay_s,
+        test.equations, test.runs, stated=test.stated, own=test.own, delay=compared.delay_s,
+        sliding=_sliding_friction(compared.baseline),
         position=test.simulator(test.equations), options=options, workers=workers,
     )  # fmt: skip
     strategy = choose_for(test.runs)
@@ -308,6 +307,17 @@ def _score_torque(
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
     return Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
+
+
+def _sliding_friction(plain_model: Baseline | None) -> float:
+    """Return the dry friction of the plain model where it tells that from viscous friction, else 0 [N m].
+
+    A sweep at one speed does not: its dry friction is all friction at that speed.
+    """
+    if plain_model is None:
+        return 0.0
+    known = dict(zip(plain_model.regressor.ids, np.isfinite(plain_model.estimate.std), strict=True))
+    return plain_model.of_joint("Fc", 0) if known["Fc"] and known["Fv"] else 0.0
 
 
 def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:

@@ -25,7 +25,9 @@ RESTRAINT: Final = "restraint"
 """Source of the priors that hold the Stribeck curve."""
 
 
-def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequence[str]) -> Equations:
+def restrain_stribeck(
+    equations: Equations, runs: Sequence[Run], stated: Sequence[str], sliding: float = 0.0
+) -> Equations:
     """Hold stiction and Stribeck speed near what friction has in general, as far as the data do not pay for more.
 
     Parameters
@@ -36,11 +38,13 @@ def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequenc
         Runs that scale the speeds.
     stated
         Ids of the parameters that the user stated, which stay as they are.
+    sliding
+        Sliding friction of the plain model [N m]; the larger one of it and the first guess of Fc is F.
 
     Returns
     -------
     Equations
-        With normal priors of Fs and vs, and with bounds Fs ≤ 3·Fc and vs ≤ 5 % of the top speed.
+        With normal priors of Fs and vs, and with bounds Fs ≤ 3·F and vs ≤ 5 % of the top speed.
     """
     roles = law_named(equations.friction[0]).roles
     changes: dict[str, dict[str, object]] = {}
@@ -49,7 +53,7 @@ def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequenc
         mean = THRESHOLDS.stiction_prior_mean_over_coulomb * level
         changes[roles.stiction] = {
             "initial": mean,
-            "upper": THRESHOLDS.largest_stiction_over_coulomb * level,
+            "upper": THRESHOLDS.largest_stiction_over_coulomb * max(level, sliding),
             "prior": Normal(mean=mean, std=THRESHOLDS.stiction_prior_std_over_coulomb * level, source=RESTRAINT),
         }
     if roles.stribeck_velocity and roles.stribeck_velocity not in stated:

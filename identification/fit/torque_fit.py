@@ -61,6 +61,7 @@ def fit_torque(  # noqa: PLR0913 # the joint and its runs, what is known of them
     stated: Sequence[str] = (),
     own: Sequence[str] = (),
     delay: float = 0.0,
+    sliding: float = 0.0,
     position: Simulator | None = None,
     options: FitOptions | None = None,
     workers: Workers | None = None,
@@ -79,6 +80,9 @@ def fit_torque(  # noqa: PLR0913 # the joint and its runs, what is known of them
         Ids of the parameters whose range haptid chose.
     delay
         Delay of the recorded torque [s], as the plain model has it.
+    sliding
+        Sliding friction that the plain model finds [N m]: the restraint of stiction counts from it where it is larger
+        than the first guess, which may be far too low.
     position
         Simulator from torque to position, of the same parameters; where None the torque alone counts.
     options
@@ -97,37 +101,33 @@ def fit_torque(  # noqa: PLR0913 # the joint and its runs, what is known of them
         Where no start gave a finite simulation.
     """
     options = (options or FitOptions()).but(gains=(0.0,))
-    restrained = restrain_stribeck(equations, runs, stated)
+    restrained = restrain_stribeck(equations, runs, stated, sliding)
     # Rows at rest have the weight 0.
     turned = tuple(run.but(weight=(~rests(run)).astype(float)) for run in torque_runs(runs, delay))
     found = fit(TorqueSimulator.of(restrained), turned, options=options, workers=workers)
     noisy = torque_runs(runs, delay, found.values["inertia"])
     turned = tuple(run.but(noise=one.noise) for run, one in zip(turned, noisy, strict=True))
-    weight = _weight_near_reversals(_residuals(found, turned))
 
-    def fit_weighted(equations: Equations, options: FitOptions) -> Fit:
+    def fit_at(weight: float) -> Callable[[Equations, FitOptions], Fit]:
         weighted = _weigh_reversals(turned, weight)
-        return fit(TorqueSimulator.of(equations), weighted, options=options, workers=workers)
+        return lambda equations, options: fit(TorqueSimulator.of(equations), weighted, options=options, workers=workers)
 
-    def reweighed(found: Fit, equations: Equations) -> Fit:
+    def reweigh(found: Fit, weight: float, equations: Equations) -> tuple[Fit, float]:
         # What is left near reversals is told by a fit that is not bent to them, so that the weight falls further.
-        nonlocal weight
         for _ in range(THRESHOLDS.most_reweighings):
-            again = _weight_near_reversals(_residuals(found, turned))
-            if abs(again - weight) <= THRESHOLDS.least_change_of_weight * weight:
-                break
-            weight = again
-            found = fit_weighted(_with_ranges_of(found, equations), from_optimum(found, options, alone=True))
-        return found
+            before, weight = weight, _weight_near_reversals(_residuals(found, turned))
+            if abs(weight - before) <= THRESHOLDS.least_change_of_weight * before:
+                return found, before
+            found = fit_at(weight)(_with_ranges_of(found, equations), from_optimum(found, options, alone=True))
+        return found, weight
 
-    held = restrained_ids(restrained)
-    found = fit_within_own_bounds(
-        fit_weighted, restrained, turned, [id for id in own if id not in held], from_optimum(found, options)
-    )
-    found = reweighed(found, restrained)
-    freed = _released(found, restrained, fit_weighted, turned, options)
+    weight = _weight_near_reversals(_residuals(found, turned))
+    own = [id for id in own if id not in restrained_ids(restrained)]
+    found = fit_within_own_bounds(fit_at(weight), restrained, turned, own, from_optimum(found, options))
+    found, weight = reweigh(found, weight, restrained)
+    freed = _released(found, restrained, fit_at(weight), turned, options)
     if freed is not found:
-        found = reweighed(freed, release_stribeck(restrained))
+        found, weight = reweigh(freed, weight, release_stribeck(restrained))
     weighted = _weigh_reversals(turned, weight)
     simulator = TorqueSimulator.of_torque(found.equations)
     if found.basins[0].over_noise > options.tolerance:

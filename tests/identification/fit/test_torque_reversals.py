@@ -7,7 +7,6 @@ import pytest
 
 from haptid import Campaign
 from haptid.identification.baseline.baseline import fit_baseline
-from haptid.identification.first_guesses.plain_guess import guess_along
 from haptid.identification.fit.stribeck_restraint import (
     pays_for_release,
     release_stribeck,
@@ -117,9 +116,9 @@ def test_stiction_beyond_the_guess_of_the_data_is_found() -> None:
     low = stage.STICTION / 6.0
     narrow = equations.with_parameters({"Fc": {"initial": low, "lower": low / 100.0, "upper": low * 100.0}})
     plain = fit_baseline(runs, None, [], [1.0])
-    found = fit_torque(
-        guess_along(narrow, plain, runs, ()), runs, own=[q.id for q in equations.parameters], options=OPTIONS
-    )
+    assert plain is not None
+    own = [q.id for q in equations.parameters]
+    found = fit_torque(narrow, runs, own=own, sliding=plain.of_joint("Fc", 0), options=OPTIONS)
     # Three times the guess from the data, the end of the restraint, is half of the stiction.
     assert found.values["Fs"] == pytest.approx(stage.STICTION, rel=0.05)
 
