@@ -68,11 +68,11 @@ class Thresholds:
 
     stribeck_speed_over_least_speed: float = 100.0
     """The same mean over the smallest vs [1]."""
-    most_reweighings: int = 8
-    """Largest number of fits with a new weight of the rows near reversals [1]."""
     largest_share_left_by_release: float = 0.5
     """Mean square of the residual without the restraint of the Stribeck curve over that with it [1] below which the
-    restraint is dropped above the noise as well: what a model lacks is never most of a restrained curve's residual."""
+    restraint is dropped above the noise as well: it was then what most of the residual came from."""
+    most_reweighings: int = 8
+    """Largest number of fits with a new weight of the rows near reversals [1]."""
     least_change_of_weight: float = 0.05
     """Share by which that weight has to change for another fit [1]."""
 

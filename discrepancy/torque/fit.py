@@ -14,10 +14,11 @@ from haptid.discrepancy.torque.first_states import first_states
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.baseline.least_squares import correlation_length
 from haptid.identification.fit.stribeck_restraint import pays_for_release, release_stribeck, restrained_ids
+from haptid.identification.fit.weight_near_reversals import refit_until_weight_stays, weight_near_reversals
 from haptid.identification.optimise.levenberg_marquardt import Descent, SumOfSquares, minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
-from haptid.identification.simulators.inverse_dynamics import ACCELERATION_NOISE
+from haptid.identification.simulators.inverse_dynamics import noise_along
 from haptid.identification.statistics.identifiability import on_bound
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.values.run import Array, Run
@@ -109,8 +110,7 @@ class TorqueFit:
         The inertia is this model's: that of a model in which much is missing may be far off.
         """
         inertia = self.values["inertia"] / self.values["Kp"]
-        sizes = [np.hypot(r.sensor_std[0], inertia * r.extra[ACCELERATION_NOISE][0]) for r in self.study.runs]
-        return rms(sizes)
+        return rms([noise_along(run, inertia) for run in self.study.runs])
 
     @property
     def leaves_noise(self) -> bool:
@@ -206,7 +206,7 @@ def fit_nominal(study: TorqueStudy, *, starts: int, seed: int) -> TorqueFit:
        the rows, and a fit that counts them alike bends its friction to them.
     3. Widen the range of the stiffness while the fit ends at its upper end.
     4. Drop the restraint of the Stribeck curve where that pays (`identification.fit.stribeck_restraint`).
-    5. Repeat step 2 after steps 3 and 4 until the weight stays.
+    5. Repeat steps 2 to 4 until nothing changes (`settle`).
 
     The largest stiffness in presliding is a guess from the travel. A joint whose friction turns within less than that
     would show, at every reversal, a discrepancy that is none of the joint's.
@@ -264,17 +264,13 @@ def settle(found: TorqueFit) -> TorqueFit:
 
 
 def _reweighed(found: TorqueFit) -> TorqueFit:
-    """Return the fit with the weight of rows near reversals that it asks for itself.
+    """Return the fit with the weight of rows near reversals that it asks for itself."""
 
-    What is left there is told by a fit that is not bent to them, so that the weight falls as the fit gets better.
-    """
-    for _ in range(IDENTIFICATION.most_reweighings):
-        study = found.study
-        weight = _weight_of_turning(found)
-        if abs(weight - study.weight_of_turning) <= IDENTIFICATION.least_change_of_weight * study.weight_of_turning:
-            break
-        found = fit_model(replace(study, weight_of_turning=weight), found.effects, found.values)
-    return found
+    def refit(found: TorqueFit, weight: float) -> TorqueFit:
+        return fit_model(replace(found.study, weight_of_turning=weight), found.effects, found.values)
+
+    weight = found.study.weight_of_turning
+    return refit_until_weight_stays(found, weight, asked_by=_weight_of_turning, refit=refit)[0]
 
 
 def _with_wide_stiffness(found: TorqueFit) -> TorqueFit:
@@ -295,7 +291,7 @@ def _with_wide_stiffness(found: TorqueFit) -> TorqueFit:
 
 
 def _released(found: TorqueFit) -> TorqueFit:
-    """Return the fit without the restraint of the Stribeck curve where that one leaves noise and clearly less."""
+    """Return the fit without the restraint of the Stribeck curve where that pays (`stribeck_restraint`)."""
     held = restrained_ids(found.study.base)
     if not held:
         return found
@@ -308,11 +304,9 @@ def _released(found: TorqueFit) -> TorqueFit:
 
 
 def _weight_of_turning(found: TorqueFit) -> float:
-    """Return the RMS of the residual away from reversals over that near them, at most 1; 1 without such rows."""
+    """Return the weight of rows near reversals that a fit asks for."""
     away = found.study.names(found.study.fitted_rows)
-    if away.all():
-        return 1.0
-    return min(1.0, rms(found.fitted[away]) / max(rms(found.fitted[~away]), np.finfo(float).tiny))
+    return weight_near_reversals(found.fitted[away], found.fitted[~away])
 
 
 def _is_at_upper_bound(found: TorqueFit, id: str) -> bool:

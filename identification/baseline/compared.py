@@ -61,6 +61,17 @@ class Compared:
         """Delay of the recorded torque behind which the plain model explains it [s]; 0 without one."""
         return 0.0 if self.baseline is None else self.baseline.delay_s
 
+    @property
+    def sliding_friction(self) -> float:
+        """Dry friction of a single joint's plain model [N m] where that tells it from viscous friction, else 0.
+
+        A sweep at one speed does not: its dry friction is all friction at that speed.
+        """
+        if self.baseline is None:
+            return 0.0
+        known = dict(zip(self.baseline.regressor.ids, np.isfinite(self.baseline.estimate.std), strict=True))
+        return self.baseline.of_joint("Fc", 0) if known["Fc"] and known["Fv"] else 0.0
+
     def badness(self, name: str, use: str) -> float:
         """Return the mean `Figures.badness` of a model over the runs of one use.
 

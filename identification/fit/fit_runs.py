@@ -26,7 +26,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.driven import compare_driven
 from haptid.identification.first_guesses.plain_guess import friction_left_open
@@ -299,7 +298,7 @@ def _score_torque(
     """Fit the torque of a controlled joint, and say what the fit through the observer ``seen`` would leave."""
     found = fit_torque(
         test.equations, test.runs, stated=test.stated, own=test.own, delay=compared.delay_s,
-        sliding=_sliding_friction(compared.baseline),
+        sliding=compared.sliding_friction,
         position=test.simulator(test.equations), options=options, workers=workers,
     )  # fmt: skip
     strategy = choose_for(test.runs)
@@ -307,17 +306,6 @@ def _score_torque(
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
     return Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
-
-
-def _sliding_friction(plain_model: Baseline | None) -> float:
-    """Return the dry friction of the plain model where it tells that from viscous friction, else 0 [N m].
-
-    A sweep at one speed does not: its dry friction is all friction at that speed.
-    """
-    if plain_model is None:
-        return 0.0
-    known = dict(zip(plain_model.regressor.ids, np.isfinite(plain_model.estimate.std), strict=True))
-    return plain_model.of_joint("Fc", 0) if known["Fc"] and known["Fv"] else 0.0
 
 
 def at_needed_step(test: JointTest, found: Fit, options: FitOptions) -> JointTest | None:

@@ -6,9 +6,8 @@
    tell it.
 3. Fit without observer. Fit again with the rows near reversals at the weight w = min(1, RMS away from reversals over
    RMS near them): the filter decides there when friction turns, a joint that sticks for a few rows leaves as much as
-   its friction, and a fit that counts these rows alike bends friction and inertia to them. What they leave grows as
-   the fit bends less to them: weight and fit are repeated until the weight stays, the maximum of the likelihood with a
-   variance for either group of rows.
+   its friction, and a fit that counts these rows alike bends friction and inertia to them. Weight and fit are repeated
+   until the weight stays (`identification.fit.weight_near_reversals`).
 4. Widen ranges that haptid chose where the optimum lies on them (`identification.fit.own_bounds`). The range of the
    Stribeck curve is not one of them: it is restrained, and the restraint is dropped where the model then leaves noise,
    and clearly less, or less than half (`identification.fit.stribeck_restraint`).
@@ -37,6 +36,7 @@ from haptid.identification.fit.stribeck_restraint import (
     restrain_stribeck,
     restrained_ids,
 )
+from haptid.identification.fit.weight_near_reversals import refit_until_weight_stays, weight_near_reversals
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
@@ -45,7 +45,6 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.simulators.slow_rows import Mask, rests, turns
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.statistics.score import fit_initial_state, residuals, score_of
-from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.workers.workers import Workers
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
@@ -112,17 +111,17 @@ def fit_torque(  # noqa: PLR0913 # the joint and its runs, what is known of them
         weighted = _weigh_reversals(turned, weight)
         return lambda equations, options: fit(TorqueSimulator.of(equations), weighted, options=options, workers=workers)
 
-    def reweigh(found: Fit, weight: float, equations: Equations) -> tuple[Fit, float]:
-        # What is left near reversals is told by a fit that is not bent to them, so that the weight falls further.
-        for _ in range(THRESHOLDS.most_reweighings):
-            before, weight = weight, _weight_near_reversals(_residuals(found, turned))
-            if abs(weight - before) <= THRESHOLDS.least_change_of_weight * before:
-                return found, before
-            found = fit_at(weight)(_with_ranges_of(found, equations), from_optimum(found, options, alone=True))
-        return found, weight
+    def asked_by(found: Fit) -> float:
+        return _weight_asked_by(_residuals(found, turned))
 
-    weight = _weight_near_reversals(_residuals(found, turned))
-    own = [id for id in own if id not in restrained_ids(restrained)]
+    def reweigh(found: Fit, weight: float, equations: Equations) -> tuple[Fit, float]:
+        def refit(found: Fit, weight: float) -> Fit:
+            return fit_at(weight)(_with_ranges_of(found, equations), from_optimum(found, options, alone=True))
+
+        return refit_until_weight_stays(found, weight, asked_by=asked_by, refit=refit)
+
+    weight, held = asked_by(found), restrained_ids(restrained)
+    own = [id for id in own if id not in held]
     found = fit_within_own_bounds(fit_at(weight), restrained, turned, own, from_optimum(found, options))
     found, weight = reweigh(found, weight, restrained)
     freed = _released(found, restrained, fit_at(weight), turned, options)
@@ -169,17 +168,15 @@ def _with_ranges_of(found: Fit, equations: Equations) -> Equations:
     return equations.with_parameters({q.id: {"lower": q.lower, "upper": q.upper} for q in found.equations.parameters})
 
 
-def _weight_near_reversals(left: Sequence[_Left]) -> float:
-    """Return the RMS of the fitted residual away from reversals over that near them, at most 1; 1 without such rows."""
+def _weight_asked_by(left: Sequence[_Left]) -> float:
+    """Return the weight of rows near reversals that the fitted runs ask for."""
     away, near = [], []
     for one in left:
         if one.run.use == "fit":
             counted = _scored(one.run) & ~rests(one.run)
             near.append(one.r[counted & turns(one.run)])
             away.append(one.r[counted & ~turns(one.run)])
-    if not (sum(map(len, away)) and sum(map(len, near))):
-        return 1.0
-    return min(1.0, rms(np.concatenate(away)) / max(rms(np.concatenate(near)), np.finfo(float).tiny))
+    return weight_near_reversals(np.concatenate(away), np.concatenate(near))
 
 
 def _rows_away_over_noise(found: Fit, turned: Sequence[Run]) -> Array:

@@ -39,8 +39,8 @@ from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.thresholds import THRESHOLDS
 
-SPEED, ACCELERATION, TORQUE, WIDTH = "filtered_speed", "filtered_acceleration", "filtered_torque", "filter_width"
-ACCELERATION_NOISE = "acceleration_noise"
+SPEED, ACCELERATION, TORQUE = "filtered_speed", "filtered_acceleration", "filtered_torque"
+WIDTH, ACCELERATION_NOISE = "filter_width", "acceleration_noise"
 """Columns of a `torque_run`: speed [rad/s], acceleration [rad/s²] and torque [N m] after one pass of the filter, width
 of the filter [rows], and what the position's noise leaves in the acceleration [rad/s²]."""
 
@@ -222,12 +222,12 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0, inertia
     raw = float(np.hypot(estimate_noise(run.t, run.u[:, 0], resolution), resolution / np.sqrt(12.0)))
     # A sensor's noise that nobody knows yet is NaN.
     of_acceleration = m.acceleration_noise_gain * float(np.nan_to_num(run.sensor_std[0]))
-    return run.but(
+    turned = run.but(
         t=m.t[rows] - m.t[m.edge],
         u=m.q[rows],
         y=m.through_filter(m.torque)[rows],
         v=None,
-        noise=np.array([np.hypot(raw * m.white_noise_gain, inertia * of_acceleration)]),
+        noise=np.array([raw * m.white_noise_gain]),
         resolution=np.zeros(1),
         hold="linear",
         score_from=m.interior.start - m.edge,
@@ -241,6 +241,25 @@ def torque_run(run: Run, width: float | None = None, delay: float = 0.0, inertia
         },
         drive_inputs={},
     )
+    return turned.but(noise=np.array([noise_along(turned, inertia)]))
+
+
+def noise_along(turned: Run, inertia: float) -> float:
+    """Return the noise of a torque along the measured motion, √(σ_τ² + (M·σ_a)²).
+
+    Parameters
+    ----------
+    turned
+        A `torque_run`, whose noise σ_τ is that of its torque alone.
+    inertia
+        Inertia M of the joint [kg m²], or mass [kg], by which noise of the position becomes one of the torque.
+
+    Returns
+    -------
+    float
+        In N m, or N of a prismatic joint.
+    """
+    return float(np.hypot(turned.noise[0], inertia * turned.extra[ACCELERATION_NOISE][0]))
 
 
 def torque_runs(runs: Sequence[Run], delay: float = 0.0, inertia: float = 0.0) -> tuple[Run, ...]:

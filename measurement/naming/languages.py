@@ -1,7 +1,8 @@
-"""Words of quantities in the languages of tables: ``coppia``, ``ángulo`` or ``vitesse`` in, the quantity out."""
+"""Words of the languages of tables: ``coppia``, ``ángulo`` or ``Grad`` in, quantity or degree out."""
 
 from __future__ import annotations
 
+import re
 import unicodedata
 
 QUANTITIES_ELSEWHERE: dict[str, str] = {
@@ -20,6 +21,13 @@ QUANTITIES_ELSEWHERE: dict[str, str] = {
 
 ``tension`` is left out: it is a voltage in French and Spanish, and the pull of a cable in English.
 """
+DEGREES = r"(?<![^\W\d_])(?:grad(?:e|i|en|os)?|degr[eé]s?)(?![^\W\d_])"
+"""Pattern of degrees in German, Italian, Dutch, Spanish and French, without regard to large and small letters.
+
+``grad`` alone is also what calculators call the gon, of which 400 make a turn: `is_bare_grad`. That has a word of its
+own in German, ``Gon``, so that ``Grad`` is a degree.
+"""
+_BARE_GRAD = re.compile(r"(?<![^\W\d_])grad(?![^\W\d_])")
 
 
 def plain_letters(text: str) -> str:
@@ -52,3 +60,18 @@ def words_of(quantity: str) -> str:
         As ``drehmoment|coppia|par``.
     """
     return "|".join(word for word, means in QUANTITIES_ELSEWHERE.items() if means == quantity)
+
+
+def is_bare_grad(name: str) -> bool:
+    """Whether a name has the unit ``grad`` in small letters, which is a degree in a joint's table and else the gon.
+
+    Parameters
+    ----------
+    name
+        Name of a column.
+
+    Returns
+    -------
+    bool
+    """
+    return _BARE_GRAD.search(name) is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.naming.degrees import is_bare_grad
+from haptid.measurement.naming.languages import is_bare_grad
 from haptid.measurement.naming.mapping import FLAG, Target
 from haptid.measurement.naming.units import unit_in_brackets, unit_of_column
 from haptid.measurement.naming.units_in_names import in_counts, understand_column

@@ -6,8 +6,7 @@ import re
 from collections.abc import Sequence
 
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.naming.degrees import DEGREES
-from haptid.measurement.naming.languages import plain_letters, words_of
+from haptid.measurement.naming.languages import DEGREES, plain_letters, words_of
 
 _ALONE = r"(?<![a-z]){}(?![a-z])"
 """Pattern of letters that are a word of a name."""

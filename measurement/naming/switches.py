@@ -9,7 +9,7 @@ import numpy as np
 
 from haptid.measurement.format.columns import KNOWN
 from haptid.measurement.naming.mapping import Target
-from haptid.measurement.naming.units_in_names import ONLY_JOINT
+from haptid.measurement.naming.units_in_names import ONLY_JOINT, taken_names
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
@@ -34,7 +34,7 @@ def understand_switches(table: Table, stated: Mapping[str, Target]) -> dict[str,
         Column of the format by the user's column: names of a switch whose cells are 0 and 1, both of them. A switch
         that never turns says nothing; where two stand for one joint, neither is taken.
     """
-    taken = {target.name for target in stated.values()} | {name for name in table.columns if KNOWN.fullmatch(name)}
+    taken = taken_names(table.columns, stated)
     found: dict[str, list[str]] = {}
     for column in table.columns:
         if column in stated or KNOWN.fullmatch(column):

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 
 from haptid.measurement.format.columns import NUMBERED
-from haptid.measurement.naming.degrees import DEGREES
+from haptid.measurement.naming.languages import DEGREES
 
 DEG = math.pi / 180
 INCH = 0.0254

@@ -180,7 +180,7 @@ def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], ste
         Where two names stand for the same column, or a position in counts has no step.
     """
     targets = dict(stated)
-    taken = {target.name for target in stated.values()} | {name for name in columns if KNOWN.fullmatch(name)}
+    taken = taken_names(columns, stated)
     by_name: dict[str, str] = {}
     guessed = _joint_states(columns) | _only_ones(columns, 1.0 if step is None else step)
     for column in columns:
@@ -199,6 +199,23 @@ def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], ste
         by_name[target.name] = column
         targets[column] = target
     return targets
+
+
+def taken_names(columns: Sequence[str], stated: Mapping[str, Target]) -> set[str]:
+    """Return the names of the campaign format that columns have already, or that the user states.
+
+    Parameters
+    ----------
+    columns
+        Names in the user's table.
+    stated
+        What the user says of columns.
+
+    Returns
+    -------
+    set of str
+    """
+    return {target.name for target in stated.values()} | {name for name in columns if KNOWN.fullmatch(name)}
 
 
 def known_names(columns: Sequence[str], stated: Mapping[str, Target]) -> set[str]:
